@@ -183,7 +183,7 @@ def held_out_accuracy(
     All arrays have shape (frames,): similarity, whether a frame is called noise, the number of its episode, and for
     each episode which frames show its untouched sensor. The threshold stays `margin_sd` standard deviations from these.
     """
-    touched, found = np.array([each is FrameClass.CONTACT for each in classes]), []
+    touched, accuracies = np.array([each is FrameClass.CONTACT for each in classes]), []
     for number in range(len(at_rest)):
         held = owner == number
         if any(not (part & kept).any() for part in (touched, ~touched) for kept in (held, ~held)):
@@ -193,8 +193,8 @@ def held_out_accuracy(
         left = [each for each, is_held in zip(classes, held, strict=True) if not is_held]
         tau_g = fit_contact(similarity[~held], noise[~held], left, most_tau_g=limit).tau_g
         called = (similarity < tau_g) & ~noise
-        found.append((called[held & touched].mean() + 1 - called[held & ~touched].mean()) / 2)
-    return float(np.mean(found))
+        accuracies.append((called[held & touched].mean() + 1 - called[held & ~touched].mean()) / 2)
+    return float(np.mean(accuracies))
 
 
 def _best(scores: Sequence[CandidateScore]) -> CandidateScore:

@@ -87,20 +87,13 @@ def judge(
     """
     brighter = logistic((entropy - profile.tau_e) / profile.entropy_width)
     alike = logistic((correlation - profile.tau_c) / profile.correlation_width)
-    proximity = decide_proximity(entropy, correlation, profile)
-    contact = decide_contact(similarity, profile)
+    touched = logistic((profile.tau_g - similarity) / profile.similarity_width)
+    proximity, contact = decide_proximity(entropy, correlation, profile), decide_contact(similarity, profile)
     return Verdict(
-        entropy=entropy,
-        correlation=correlation,
-        similarity=similarity,
-        p_approach=brighter * (1.0 - alike),
-        p_noise=brighter * alike,
-        p_touch=logistic((profile.tau_g - similarity) / profile.similarity_width),
-        proximity=proximity,
-        contact=contact,
-        combined=combine(proximity, contact),
-        source=source,
-    )
+        entropy=entropy, correlation=correlation, similarity=similarity, p_approach=brighter * (1.0 - alike),
+        p_noise=brighter * alike, p_touch=touched, proximity=proximity, contact=contact,
+        combined=combine(proximity, contact), source=source,
+    )  # fmt: skip
 
 
 def combine(proximity: Proximity, contact: Contact) -> Contact:

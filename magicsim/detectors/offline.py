@@ -149,12 +149,12 @@ def write_verdicts(
         msg = f"frames is missing: camera {source} never ends, so JSON needs the number of frames to judge"
         raise ConfigError(msg)
     chosen = profile if isinstance(profile, DetectorProfile) else load_profile(profile)
-    found = rows(stream_sources(source, reference, chosen, frames=frames), chosen, grasp=grasp)
+    judged = rows(stream_sources(source, reference, chosen, frames=frames), chosen, grasp=grasp)
     if not endless:
-        whole = list(found)
+        whole = list(judged)
         out.write(json_text(whole) if as_json else "".join(table_lines(whole, grasp=grasp)))
         return
-    for line in table_lines(found, grasp=grasp, width=_CAMERA_WIDTH):
+    for line in table_lines(judged, grasp=grasp, width=_CAMERA_WIDTH):
         out.write(line)
         out.flush()
 
@@ -170,19 +170,19 @@ def rows(verdicts: Iterable[Verdict], profile: DetectorProfile, *, grasp: bool =
         yield {**verdict.as_dict(), "stage": str(state.stage), "slip": state.stage is GraspStage.SLIPPED}
 
 
-def json_text(found: Sequence[Row], not_judged: str | None = None) -> str:
+def json_text(judged: Sequence[Row], not_judged: str | None = None) -> str:
     """One JSON object with the list `frames` and, where there is something, `not_judged`; and a final newline."""
-    content = {"frames": list(found)} | ({"not_judged": not_judged} if not_judged else {})
+    content = {"frames": list(judged)} | ({"not_judged": not_judged} if not_judged else {})
     return json.dumps(content, allow_nan=False) + "\n"
 
 
-def table_lines(found: Iterable[Row], *, grasp: bool = False, width: int | None = None) -> Iterator[str]:
+def table_lines(judged: Iterable[Row], *, grasp: bool = False, width: int | None = None) -> Iterator[str]:
     """A heading, once there is a first row or none at all, and one line for each row."""
     if width is None:
-        found = list(found)
-        width = max((len(str(row.get("source", ""))) for row in found), default=0)
+        judged = list(judged)
+        width = max((len(str(row.get("source", ""))) for row in judged), default=0)
     width = max(width, len("source"))
-    following = iter(found)
+    following = iter(judged)
     first = list(islice(following, 1))
     words = (*WORDS, *(["weak"] if first and "weak" in first[0] else []), *(["stage"] if grasp else []))
     yield _line([f"{'source':<{width}}", *(f"{name:>11}" for name in NUMBERS), *(f"{name:<11}" for name in words)])

@@ -19,7 +19,7 @@ from magicsim.errors import NAME_LENGTH, ConfigError, OutputError, shortened, un
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Limits:
+class OptionLimits:
     """What a field of the profile may be and what it means; stands in the field's metadata under `limits`."""
 
     about: str
@@ -56,8 +56,8 @@ def option(
     default: float | str, about: str, low: float | None = None, high: float | None = None, *, odd: bool = False,
     choices: tuple[str, ...] = (),
 ) -> Any:  # noqa: ANN401  # fmt: skip
-    """A field of the profile, with its default and what it may be (see `Limits`)."""
-    limits = Limits(about=about, low=low, high=high, odd=odd, choices=choices)
+    """A field of the profile, with its default and what it may be (see `OptionLimits`)."""
+    limits = OptionLimits(about=about, low=low, high=high, odd=odd, choices=choices)
     return field(default=default, metadata={"limits": limits})
 
 
@@ -240,7 +240,7 @@ def profile_schema() -> dict[str, object]:
 
 
 def _property(each: "dataclasses.Field[object]") -> dict[str, object]:
-    limits: Limits = each.metadata["limits"]
+    limits: OptionLimits = each.metadata["limits"]
     entry: dict[str, object] = {
         "type": _JSON_TYPES[type(each.default)], "description": limits.about, "default": each.default,
     }  # fmt: skip

@@ -1,7 +1,7 @@
 """Frames from a source outside: an image file, a folder of images, a video file or a camera."""
 
 import zlib
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,9 +30,6 @@ _LENGTH, _NAME, _SUM = 4, 4, 4
 SourceKind = Literal["image", "folder", "video", "camera"]
 """What a source can be."""
 
-_COLOUR_CONVERSIONS = {3: cv2.COLOR_BGR2RGB, 4: cv2.COLOR_BGRA2RGB}
-"""To RGB from what OpenCV reads, by number of channels; opacity is dropped."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SourceFrame:
@@ -57,7 +54,7 @@ def source_kind(source: str | Path) -> SourceKind:
     path = expanded(source)
     if is_folder(path):
         return "folder"
-    if not is_file(path) and _is_index(source):
+    if not is_file(path) and str(source).isascii() and str(source).isdecimal():
         return "camera"
     expected = f"an image ({', '.join(IMAGE_SUFFIXES)}), a folder of images"
     expected += f", a video ({', '.join(VIDEO_SUFFIXES)}) or a camera's index"
@@ -86,10 +83,6 @@ def read_source(source: str | Path) -> Frames:
     return _READERS[source_kind(source)](expanded(source))
 
 
-def _is_index(source: str | Path) -> bool:
-    return str(source).isascii() and str(source).isdecimal()
-
-
 def read_image(path: str | Path) -> Frame:
     """Read an image file as RGB, shape (rows, columns, 3), without rotating it by its metadata.
 
@@ -112,24 +105,18 @@ def read_image(path: str | Path) -> Frame:
         msg = f"image '{path}' cannot be decoded; must be a whole image file ({', '.join(IMAGE_SUFFIXES)})"
         raise FrameError(msg)
     channels = decoded.shape[2] if decoded.ndim > len(("rows", "columns")) else 1
-    if channels not in _COLOUR_CONVERSIONS:
+    if channels not in {3, 4}:  # opacity is dropped
         msg = f"image '{path}' has {channels} channel(s); must be colour with 3 (RGB)"
         raise FrameError(msg)
     try:
-        return check_frame(_to_rgb(decoded))
+        return check_frame(decoded[:, :, 2::-1])  # RGB from OpenCV's BGR or BGRA
     except FrameError as error:
         msg = f"image '{path}': {error}"
         raise FrameError(msg) from error
 
 
 def _decoded(path: Path) -> np.ndarray | None:
-    """Pixels of a file as OpenCV reads it; None where it is no whole image.
-
-    Raises:
-        FrameError: It has more pixels than `MAX_PIXELS`, or is larger than so many can be.
-        cv2.error: It has more pixels, and OpenCV found out.
-        OSError: It cannot be read.
-    """
+    """Pixels of a file as OpenCV reads it; None where it is no whole image."""
     length = path.stat().st_size
     if length > MAX_BYTES:
         msg = f"image '{path}' has {length / 1e6:.0f} MB; at most {MAX_BYTES / 1e6:.0f} MB are allowed"
@@ -164,29 +151,16 @@ def is_damaged_png(content: bytes) -> bool:
     return True
 
 
-def _to_rgb(decoded: np.ndarray) -> np.ndarray:
-    """Reverse OpenCV's BGR or BGRA, for any number type."""
-    return decoded[:, :, 2::-1]
-
-
-def _read_image_file(path: Path) -> Frames:
-    return (SourceFrame(name=each.name, image=read_image(each)) for each in [path])
-
-
 def _read_folder(path: Path) -> Frames:
     files = sorted(each for each in path.iterdir() if each.suffix.lower() in IMAGE_SUFFIXES and each.is_file())
     if not files:
         msg = f"source folder '{path}' holds no image ({', '.join(IMAGE_SUFFIXES)})"
         raise ConfigError(msg)
+    return _read_files(files)
+
+
+def _read_files(files: Iterable[Path]) -> Frames:
     return (SourceFrame(name=each.name, image=read_image(each)) for each in files)
-
-
-def _read_video_file(path: Path) -> Frames:
-    return _numbered(path.name, open_video(path))
-
-
-def _read_camera(path: Path) -> Frames:
-    return _numbered(f"camera {path}", read_camera(int(str(path))))
 
 
 def _numbered(name: str, images: Generator[Frame, None, None]) -> Frames:
@@ -196,9 +170,9 @@ def _numbered(name: str, images: Generator[Frame, None, None]) -> Frames:
 
 
 _READERS: dict[SourceKind, Callable[[Path], Frames]] = {
-    "image": _read_image_file,
+    "image": lambda path: _read_files([path]),
     "folder": _read_folder,
-    "video": _read_video_file,
-    "camera": _read_camera,
+    "video": lambda path: _numbered(path.name, open_video(path)),
+    "camera": lambda path: _numbered(f"camera {path}", read_camera(int(str(path)))),
 }
 """The reader of each kind; a new kind of source is one entry here and one line in `source_kind`."""

@@ -89,8 +89,8 @@ def fit_proximity(
         chosen = _first_best(scores, margins_c)
         weaker, stronger = sorted((float(margin_e), float(margins_c[chosen])))
         key = tuple(round(each, COMPARED_DECIMALS) for each in (float(scores[chosen]), weaker, stronger))
-        found = {"tau_e": tau_e, "tau_c": cuts_c[chosen], "accuracy": accuracy[chosen], "margin": weaker}
-        fits.append((key, ProximityFit(**{name: float(each) for name, each in found.items()})))
+        values = {"tau_e": tau_e, "tau_c": cuts_c[chosen], "accuracy": accuracy[chosen], "margin": weaker}
+        fits.append((key, ProximityFit(**{name: float(each) for name, each in values.items()})))
     return max(fits, key=lambda keyed: keyed[0])[1]
 
 

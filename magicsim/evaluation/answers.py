@@ -22,8 +22,8 @@ def fitted(make: MakeDetector, references: Iterable[Frame], *, who: str) -> Dete
     return detector
 
 
-def answered(detector: Detector, frame: Frame, *, who: str) -> Detection:
-    """What a detector says of the next frame."""
+def detection_of(detector: Detector, frame: Frame, *, who: str) -> Detection:
+    """A detector's answer to the next frame, checked."""
     return check_detection(tried(lambda: detector.step(frame), f"detector '{who}': step raised"), who=who)
 
 
@@ -38,16 +38,15 @@ def check_detection(said: object, *, who: str) -> Detection:
         if not hasattr(said, field):
             msg = f"detector '{who}': step returned {type(said).__name__} without {field}; must be like Detection"
             raise ConfigError(msg)
-        values[field] = getattr(said, field)
     for field, choices in (("proximity", Proximity), ("contact", Contact)):
+        values[field] = getattr(said, field)
         if values[field] not in list(choices):
             raise ConfigError(f"detector '{who}': {unknown_choice(field, str(values[field]), choices)}")
     for field in ("approach", "touch"):
-        score = _number(values[field])
-        if score is None:
-            msg = f"detector '{who}': {field} = {values[field]!r} is not allowed: must be a finite number"
+        values[field] = _number(getattr(said, field))
+        if values[field] is None:
+            msg = f"detector '{who}': {field} = {getattr(said, field)!r} is not allowed: must be a finite number"
             raise ConfigError(msg)
-        values[field] = score
     return Detection(**values)
 
 
@@ -66,19 +65,17 @@ def judge_footage(footage: Footage, make: MakeDetector, *, who: str) -> JudgedEp
     said, spent = [], []
     for frame in footage.images.frames():
         start = time.perf_counter()
-        said.append(answered(detector, frame, who=who))
+        said.append(detection_of(detector, frame, who=who))
         spent.append(time.perf_counter() - start)
     return JudgedEpisode(
-        tag=footage.tag,
-        labels=footage.labels,
+        tag=footage.tag, labels=footage.labels, features=features_of(said),
         proximity=tuple(str(each.proximity) for each in said),
         contact=tuple(str(each.contact) for each in said),
         approach=np.array([each.approach for each in said], np.float64),
         touch=np.array([each.touch for each in said], np.float64),
-        features=features_of(said),
         milliseconds=round(1e3 * float(np.median(spent)), 3) if spent else 0.0,
         frames_per_second=footage.frames_per_second,
-    )
+    )  # fmt: skip
 
 
 def features_of(said: Sequence[Detection]) -> dict[str, Array]:

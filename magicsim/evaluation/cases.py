@@ -42,30 +42,30 @@ def list_cases(suite: SuiteConfig) -> list[Case]:
     cases: dict[str, Case] = {}
     for block in suite.episodes:
         where = block.places or (suite.places[0].name,)
-        for place, seed, path, light, thing in product(where, block.seeds, block.paths, block.lights, block.objects):
-            case = _case(suite, places[place], sensors[place], objects[thing], paths[path], lights[light], seed)
+        for place, seed, path, light, body in product(where, block.seeds, block.paths, block.lights, block.objects):
+            case = _case(suite, places[place], sensors[place], objects[body], paths[path], lights[light], seed)
             cases.setdefault(case.name, case)
     return list(cases.values())
 
 
 def _case(
-    suite: SuiteConfig, place: SuitePlace, sensor: tuple[ElastomerDesign, Rig], thing: SuiteObject, path: SuitePath,
+    suite: SuiteConfig, place: SuitePlace, sensor: tuple[ElastomerDesign, Rig], body: SuiteObject, path: SuitePath,
     light: SuiteLight, seed: int,
 ) -> Case:  # fmt: skip
-    shift = _jitter(suite, thing.name, seed)
-    keyframes = [_keyframe(each, thing, shift) for each in path.frames]
+    shift = _jitter(suite, body.name, seed)
+    keyframes = [_keyframe(each, body, shift) for each in path.frames]
     design, rig = sensor
     elsewhere = "" if place.name == suite.places[0].name else f"/{place.name}"
     return Case(
-        name=f"{thing.name}/{path.name}/{light.name}/{seed}{elsewhere}",
-        object=thing.name,
-        role="held_out" if "held_out" in (thing.role, place.role) else "training",
+        name=f"{body.name}/{path.name}/{light.name}/{seed}{elsewhere}",
+        object=body.name,
+        role="held_out" if "held_out" in (body.role, place.role) else "training",
         place=place.name,
         path=path.name,
         light=light.name,
         scene=SceneConfig(
             schema_version=1, design=design, rig=rig, seed=seed, references=suite.references,
-            frames_per_second=suite.frames_per_second, object=parse_object(thing.object),
+            frames_per_second=suite.frames_per_second, object=parse_object(body.object),
             contact=ContactSettings(friction=path.friction), render=suite.render, output=NO_OUTPUT,
             keyframes=tuple(Keyframe(**each) for each in _lit(keyframes, light)),
         ),
@@ -79,12 +79,12 @@ def _jitter(suite: SuiteConfig, name: str, seed: int) -> tuple[float, float, flo
     return x, y, twist
 
 
-def _keyframe(each: PathFrame, thing: SuiteObject, shift: tuple[float, float, float]) -> dict[str, Any]:
+def _keyframe(each: PathFrame, body: SuiteObject, shift: tuple[float, float, float]) -> dict[str, Any]:
     light = {"flashlight": each.flashlight, "light_x_mm": each.light_x_mm}
     if not each.has_object:
         return {"frame": each.frame, **light}
-    gap = each.gap_mm if each.gap_mm is not None else -(each.press or 0.0) * thing.press_mm
-    x, y, twist = thing.x_mm + shift[0] + each.x_mm, thing.y_mm + shift[1] + each.y_mm, shift[2] + each.twist_deg
+    gap = each.gap_mm if each.gap_mm is not None else -(each.press or 0.0) * body.press_mm
+    x, y, twist = body.x_mm + shift[0] + each.x_mm, body.y_mm + shift[1] + each.y_mm, shift[2] + each.twist_deg
     return {"frame": each.frame, "gap_mm": gap, "x_mm": x, "y_mm": y, "twist_deg": twist, **light}
 
 

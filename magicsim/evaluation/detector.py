@@ -1,4 +1,4 @@
-"""What a detector must offer to be judged, the built-in one, and how a plug-in is found and called."""
+"""What a detector must offer to be judged, the built-in one, and how a plug-in is maker and called."""
 
 import importlib
 import importlib.util
@@ -137,7 +137,7 @@ def find_detector(name: str) -> MakeDetector:
         points = {each.name: each for each in entry_points(group=ENTRY_POINTS)}
         if name not in points:
             raise ConfigError(f"{unknown_choice('detector', name, points)}; or give module:Class or file.py:Class")
-        found = tried(points[name].load, f"detector '{name}' cannot be loaded")
+        maker = tried(points[name].load, f"detector '{name}' cannot be loaded")
     else:
         is_file_name = module_name.endswith(".py")
         problem = f"detector module '{module_name}' cannot be imported"
@@ -146,16 +146,16 @@ def find_detector(name: str) -> MakeDetector:
         if not hasattr(module, attribute):
             public = [each for each in vars(module) if not each.startswith("_")]
             raise ConfigError(unknown_choice(f"attribute of '{module_name}'", attribute, public))
-        found = getattr(module, attribute)
-    return lambda: _made(name, found)
+        maker = getattr(module, attribute)
+    return lambda: _made(name, maker)
 
 
 def _made(name: str, make: Callable[[], object]) -> Detector:
-    made = tried(make, f"detector '{name}' cannot be made without arguments")
-    if not isinstance(made, Detector):
+    detector = tried(make, f"detector '{name}' cannot be made without arguments")
+    if not isinstance(detector, Detector):
         msg = f"detector '{name}' has no methods fit and step"
         raise ConfigError(msg)
-    return made
+    return detector
 
 
 def _load_file(path: str) -> ModuleType:

@@ -26,7 +26,7 @@ from magicsim.judge.curves import (
     trade_off,
 )
 from magicsim.judge.judged import FIRST_PLACE, JudgedEpisode
-from magicsim.judge.measures import MEASURES, OF_PROXIMITY, Estimate, estimate, exact_share
+from magicsim.judge.measures import MEASURES, OF_PROXIMITY, MeasureEstimate, estimate, exact_share
 from magicsim.judge.regression import Change, compare
 from magicsim.judge.score import PROXIMITY_TRUTH
 from magicsim.judge.tally import tally
@@ -47,7 +47,7 @@ class Evaluation:
     baseline: str | None
     standard: str
     """Condition of light and noise that the headline measures are of."""
-    metrics: dict[str, dict[str, Estimate]]
+    metrics: dict[str, dict[str, MeasureEstimate]]
     """By group of episodes, then by name of the measure."""
     confusion: dict[str, dict[str, dict[str, int]]]
     """`proximity` and `contact` of the standard condition: frames by true class and verdict."""
@@ -253,7 +253,9 @@ def _without_proximity(episode: JudgedEpisode) -> JudgedEpisode:
     return replace(episode, proximity=(str(Proximity.NORMAL),) * len(episode.proximity))
 
 
-def _estimates(episodes: Sequence[JudgedEpisode], *, coated: bool, resamples: int, seed: int) -> dict[str, Estimate]:
+def _estimates(
+    episodes: Sequence[JudgedEpisode], *, coated: bool, resamples: int, seed: int
+) -> dict[str, MeasureEstimate]:
     table, takes = tally(episodes), [each.tag.take for each in episodes]
     found = {name: estimate(name, table, takes, resamples=resamples, seed=seed) for name in MEASURES}
     if coated:

@@ -25,7 +25,7 @@ from magicsim.evaluation.footage import RECORDED, Footage, recorded_footage
 from magicsim.evaluation.suite import SuiteConfig, SuitePlace, SuiteRecording
 from magicsim.folder import MARKER
 from magicsim.frame_class import FrameClass
-from magicsim.judge.judged import FIRST_PLACE, EpisodeTag, Labels
+from magicsim.judge.judged import FIRST_PLACE, EpisodeLabels, EpisodeTag
 from magicsim.judge.recorded import TRUTH, read_episode, read_recording
 from magicsim.judge.table import TABLE as RUN
 from magicsim.judge.table import read_table
@@ -117,11 +117,11 @@ def existing_footage(folder: Path, suite: SuiteConfig) -> tuple[SuiteConfig, lis
         ConfigError: None of these, or frames without references to learn from.
         OutputError: A dataset that is not finished.
     """
-    found = read_existing(folder, frames_per_second=suite.frames_per_second)
-    kept = (SuiteRecording(name=RECORDING, folder=str(folder)),) if not found.sensor else ()
+    existing = read_existing(folder, frames_per_second=suite.frames_per_second)
+    kept = (SuiteRecording(name=RECORDING, folder=str(folder)),) if not existing.sensor else ()
     emptied: dict[str, Any] = dict.fromkeys(("objects", "paths", "lights", "episodes"), ())
     emptied |= {"recordings": kept, "places": (SuitePlace(name=FIRST_PLACE),), "rest_s": 0.0}
-    return suite.model_copy(update=emptied | dict(found.sensor)), found.films
+    return suite.model_copy(update=emptied | dict(existing.sensor)), existing.films
 
 
 def labelled_episodes(folder: Path) -> list[Episode]:
@@ -142,7 +142,7 @@ def _run(folder: Path, scene: SceneConfig) -> Footage:
     _check_references(folder, len(rows) - len(scored))
     return Footage(
         tag=_tag(folder.resolve().name, scene.object.kind if scene.object is not None else SHOWN, "scene"),
-        labels=Labels.of(
+        labels=EpisodeLabels.of(
             np.array([row["gap_mm"] for row in scored], float),
             np.linalg.norm(np.array([row["force_n"] for row in scored], float).reshape(-1, 3), axis=1),
             np.array([row["flashlight"] for row in scored], bool),
@@ -157,7 +157,7 @@ def _run(folder: Path, scene: SceneConfig) -> Footage:
 def _dataset(folder: Path, frames_per_second: float, *, is_recorded: bool) -> list[Footage]:
     frames = open_frames(folder, COLUMNS)
     episodes, is_reference = frames.column("episode"), frames.column("is_reference")
-    found = []
+    films = []
     for number in np.unique(episodes).tolist():
         mine = episodes == number
         _check_references(folder, int((mine & is_reference).sum()))
@@ -166,23 +166,23 @@ def _dataset(folder: Path, frames_per_second: float, *, is_recorded: bool) -> li
             continue
         gap_mm, flashlight = scored.column("gap_mm").astype(float), scored.column("flashlight")
         force_n = np.linalg.norm(np.nan_to_num(scored.column("force_n").astype(float)), axis=1)
-        labels = Labels.of(gap_mm, force_n, flashlight)
+        labels = EpisodeLabels.of(gap_mm, force_n, flashlight)
         if is_recorded:  # its classes may rest on more than gap and force
             given = [FrameClass(each) if each else None for each in scored.column("frame_class").tolist()]
             labels = replace(labels, classes=tuple(given))
         images = StoredImages(read=partial(_row_images, scored, frames.where(mine & is_reference)))
-        thing, path = (str(scored.column(name)[0]) for name in ("object_kind", "path_kind"))
-        tag = _tag(f"episode-{number}", thing or SHOWN, path)
-        found.append(Footage(tag=tag, labels=labels, images=images, frames_per_second=frames_per_second))
-    return found
+        body, path = (str(scored.column(name)[0]) for name in ("object_kind", "path_kind"))
+        tag = _tag(f"episode-{number}", body or SHOWN, path)
+        films.append(Footage(tag=tag, labels=labels, images=images, frames_per_second=frames_per_second))
+    return films
 
 
 def _row_images(scored: FrameTable, references: FrameTable, wanted: bool) -> Iterator[Frame]:
     return (row["image"] for row in (references if wanted else scored))
 
 
-def _tag(take: str, thing: str, path: str) -> EpisodeTag:
-    return EpisodeTag(take=take, object=thing, role="held_out", path=path, light=AS_MADE, noise=AS_MADE)
+def _tag(take: str, body: str, path: str) -> EpisodeTag:
+    return EpisodeTag(take=take, object=body, role="held_out", path=path, light=AS_MADE, noise=AS_MADE)
 
 
 def _check_references(folder: Path, count: int) -> None:
@@ -213,7 +213,7 @@ def write_existing_verdicts(
             yield detector.verdict(frame, source=f"{film.tag.take}#{number}")
 
     judged = chain.from_iterable(rows(verdicts(film), chosen, grasp=grasp) for film in existing.films)
-    found = [{**row, "proximity": None} if coated else row for row in islice(judged, frames)]
-    out.write(json_text(found, COATED if coated else None) if as_json else "".join(table_lines(found, grasp=grasp)))
+    table = [{**row, "proximity": None} if coated else row for row in islice(judged, frames)]
+    out.write(json_text(table, COATED if coated else None) if as_json else "".join(table_lines(table, grasp=grasp)))
     if coated and not as_json:
         out.write(f"not judged: {COATED}\n")

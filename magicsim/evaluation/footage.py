@@ -21,8 +21,8 @@ from magicsim.dataset.recipes.estimate import estimate_scene
 from magicsim.evaluation.cases import Case, list_cases
 from magicsim.evaluation.suite import SuiteConfig, SuiteNoise
 from magicsim.evaluation.take import Take, cached_take, take_key
-from magicsim.judge.judged import EpisodeTag, Labels
-from magicsim.judge.recorded import Recording, read_recording
+from magicsim.judge.judged import EpisodeLabels, EpisodeTag
+from magicsim.judge.recorded import RecordedEpisode, read_recording
 
 REST_STREAM = 0x3C5A96
 """Turns the seed of an episode into that of a stream at rest."""
@@ -45,7 +45,7 @@ class Footage:
     """One labelled episode; its images are made or read when they are asked for."""
 
     tag: EpisodeTag
-    labels: Labels
+    labels: EpisodeLabels
     images: Images
     frames_per_second: float
 
@@ -98,7 +98,7 @@ def film_case(case: Case, suite: SuiteConfig, cache: Path) -> list[Footage]:
     """One footage for each sensor noise of a suite, from one take."""
     take = cached_take(case.scene, cache)
     scored = ~take.is_reference
-    labels = Labels.of(take.gap_mm[scored], take.force_n[scored], take.flashlight[scored])
+    labels = EpisodeLabels.of(take.gap_mm[scored], take.force_n[scored], take.flashlight[scored])
     return [
         Footage(
             tag=EpisodeTag(
@@ -136,7 +136,7 @@ def read_recordings(suite: SuiteConfig) -> list[Footage]:
     ]  # fmt: skip
 
 
-def recorded_footage(recording: Recording, tag: EpisodeTag, *, frames_per_second: float) -> Footage:
+def recorded_footage(recording: RecordedEpisode, tag: EpisodeTag, *, frames_per_second: float) -> Footage:
     """A recording as footage."""
     return Footage(tag=tag, labels=recording.labels, images=recording, frames_per_second=frames_per_second)
 

@@ -16,7 +16,7 @@ from magicsim.evaluation.rest import Rest
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.judge.changed_frames import FrameRun
-from magicsim.judge.measures import MEASURES, Estimate
+from magicsim.judge.measures import MEASURES, MeasureEstimate
 from magicsim.judge.regression import Change
 from magicsim.report.text import MINUS, MISSING, number, page_template, percent, span
 
@@ -49,62 +49,64 @@ class ChangeRow:
     frames: list[FrameRun]
 
 
-def write_results(found: Evaluation, suite: SuiteConfig, out: Path) -> Path:
+def write_results(result: Evaluation, suite: SuiteConfig, out: Path) -> Path:
     """Writes the folder of results and returns its report."""
     with result_folder(out) as folder:
-        (folder / RESULTS).write_text(json.dumps(found.as_dict(), allow_nan=False, indent=1) + "\n", encoding="utf-8")
-        (folder / REPORT).write_text(render_page(found), encoding="utf-8")
+        (folder / RESULTS).write_text(json.dumps(result.as_dict(), allow_nan=False, indent=1) + "\n", encoding="utf-8")
+        (folder / REPORT).write_text(render_page(result), encoding="utf-8")
         resolved = tomli_w.dumps(suite.model_dump(mode="json", exclude_none=True))
         (folder / MARKER).write_text(f"{SIGNATURE}\n{resolved}", encoding="utf-8")
     return out / REPORT
 
 
-def render_page(found: Evaluation) -> str:
+def render_page(result: Evaluation) -> str:
     """The report as one HTML page that needs nothing else."""
-    facts = found.as_dict()
-    worse = [run for each in found.regressions for run in each.frames]
+    facts = result.as_dict()
+    worse = [run for each in result.regressions for run in each.frames]
     return page_template("evaluation.html.jinja", "magicsim.evaluation", "magicsim.report").render(
-        title=f"Detector “{found.detector}” on the suite “{found.suite}”",
+        title=f"Detector “{result.detector}” on the suite “{result.suite}”",
         facts={
-            "Episodes": f"{facts['episodes']} ({len({each.tag.take for each in found.episodes})} takes)",
+            "Episodes": f"{facts['episodes']} ({len({each.tag.take for each in result.episodes})} takes)",
             "Frames": str(facts["frames"]),
-            "Standard condition": f"{found.standard} (light while the object is there / sensor noise)",
-            "Baseline": found.baseline or "none",
+            "Standard condition": f"{result.standard} (light while the object is there / sensor noise)",
+            "Baseline": result.baseline or "none",
             "Time of one step": f"{facts['milliseconds_per_frame']:.1f} ms, on the machine that ran this",
-        } | ({"Not judged": found.not_judged} if found.not_judged else {}),
+        } | ({"Not judged": result.not_judged} if result.not_judged else {}),
         columns=COLUMNS,
         groups={
-            group: [value_text(name, row[name]) for name in COLUMNS] for group, row in found.metrics.items()
+            group: [value_text(name, row[name]) for name in COLUMNS] for group, row in result.metrics.items()
         },
-        details=[(kind.title, kind.unit, value_text(name, found.metrics[found.standard][name]))
+        details=[(kind.title, kind.unit, value_text(name, result.metrics[result.standard][name]))
                  for name, kind in MEASURES.items()],
-        faultless=share_of_episodes(found.metrics[found.standard]["faultless_episodes"]),
-        confusion=found.confusion,
+        faultless=share_of_episodes(result.metrics[result.standard]["faultless_episodes"]),
+        confusion=result.confusion,
         right={"Clear": {"Normal", "Untouched", "Unknown"}, "Near": {"Approaching", "Untouched", "Unknown"},
                "Light": {"Noise", "Untouched", "Unknown"}, "Contact": {"Touched"}},
-        roc=Markup(plot_roc(found.roc, name="roc")),
-        distance=_drawn(found, "distance"),
-        depth=_drawn(found, "depth"),
-        compared=[change_row(each) for each in found.changes],
-        pictures=sheet(found.footage, found.episodes, found.standard),
-        changed=changed_sheet(found.footage, found.episodes, worse),
-        rest=rest_rows(found.rest),
-        features=feature_rows(found.rest),
+        roc=Markup(plot_roc(result.roc, name="roc")),
+        distance=_drawn(result, "distance"),
+        depth=_drawn(result, "depth"),
+        compared=[change_row(each) for each in result.changes],
+        pictures=sheet(result.footage, result.episodes, result.standard),
+        changed=changed_sheet(result.footage, result.episodes, worse),
+        rest=rest_rows(result.rest),
+        features=feature_rows(result.rest),
         repeatability=f"{REPEATABILITY_SD:g}",
         truth=truth,
         span=span,
     )  # fmt: skip
 
 
-def describe(found: Evaluation) -> list[str]:
+def describe(result: Evaluation) -> list[str]:
     """Results as lines for people."""
-    lines = [f"{found.detector} on {found.suite}: {len(found.episodes)} episodes, standard condition {found.standard}"]
-    for group, values in found.metrics.items():
+    lines = [
+        f"{result.detector} on {result.suite}: {len(result.episodes)} episodes, standard condition {result.standard}"
+    ]
+    for group, values in result.metrics.items():
         parts = [f"{COLUMNS[name]} {value_text(name, values[name])}" for name in list(COLUMNS)[:2]]
         lines.append(f"  {group}: {', '.join(parts)}")
-    lines += [f"  {line}" for line in rest_lines(found.rest)]
-    lines += [f"not judged: {found.not_judged}"] if found.not_judged else []
-    for each in (*found.regressions, *found.improvements):
+    lines += [f"  {line}" for line in rest_lines(result.rest)]
+    lines += [f"not judged: {result.not_judged}"] if result.not_judged else []
+    for each in (*result.regressions, *result.improvements):
         row = change_row(each)
         chance = f", p = {row.p}" if row.is_tested else ""
         lines.append(f"{row.verdict}: {row.title} ({row.condition}) {row.baseline} -> {row.current}{chance}")
@@ -112,15 +114,15 @@ def describe(found: Evaluation) -> list[str]:
             f"  {run.episode} {span(run.first, run.last)}: {run.truth}, {run.baseline} -> {run.current}"
             for run in each.frames
         ]
-    if found.baseline is not None and not found.regressions:
-        lines.append(f"no regression against {found.baseline}")
+    if result.baseline is not None and not result.regressions:
+        lines.append(f"no regression against {result.baseline}")
     return lines
 
 
-def rest_lines(found: Sequence[Rest]) -> list[str]:
+def rest_lines(rests: Sequence[Rest]) -> list[str]:
     """Streams at rest as lines for people."""
     lines = []
-    for each in found:
+    for each in rests:
         margins = [
             f"{name} {score.margin_sd:.1f} sd from rest, {score.weak_verdicts} of {score.verdicts} right ones on less "
             f"than {REPEATABILITY_SD:g} sd"
@@ -135,10 +137,10 @@ def rest_lines(found: Sequence[Rest]) -> list[str]:
     return lines
 
 
-def rest_rows(found: Sequence[Rest]) -> list[list[str]]:
+def rest_rows(rests: Sequence[Rest]) -> list[list[str]]:
     """Streams at rest as the rows of a table, see the page's head."""
     rows = []
-    for each in found:
+    for each in rests:
         expected = MISSING if each.expected_per_hour is None else f"{each.expected_per_hour:.2g}"
         row = [f"{each.place}, {each.noise}", str(each.frames), str(each.alarms)]
         row += [f"{number(each.low, 1)} to {number(each.high, 1)}", expected]
@@ -149,19 +151,19 @@ def rest_rows(found: Sequence[Rest]) -> list[list[str]]:
     return rows
 
 
-def feature_rows(found: Sequence[Rest]) -> list[list[str]]:
+def feature_rows(rests: Sequence[Rest]) -> list[list[str]]:
     """E, C and S at rest and their distances of touch and approach as the rows of a table, see the page's head."""
     return [
         [
             f"{each.place}, {each.noise}", FEATURES[name], f"{number(rest.mean, 3)} ± {rest.sd:.2g}",
             *(MISSING if d is None else f"{d:+.1f}".replace("-", MINUS) for d in (rest.touch_d, rest.approach_d)),
         ]
-        for each in found
+        for each in rests
         for name, rest in each.features.items()
     ]  # fmt: skip
 
 
-def value_text(name: str, each: Estimate) -> str:
+def value_text(name: str, each: MeasureEstimate) -> str:
     """A measure with its interval."""
     if each.value is None:
         return MISSING
@@ -172,7 +174,7 @@ def value_text(name: str, each: Estimate) -> str:
     return f"{value} ({ends[0]} to {ends[1]})" if ends else value
 
 
-def share_of_episodes(each: Estimate) -> str:
+def share_of_episodes(each: MeasureEstimate) -> str:
     """How many episodes are free of mistakes, with the exact interval."""
     if each.value is None or each.low is None or each.high is None:
         return MISSING
@@ -196,8 +198,8 @@ def change_row(each: Change) -> ChangeRow:
     )
 
 
-def _drawn(found: Evaluation, which: str) -> Markup | None:
-    points = found.distance if which == "distance" else found.depth
+def _drawn(result: Evaluation, which: str) -> Markup | None:
+    points = result.distance if which == "distance" else result.depth
     if not points:
         return None
     near, touched = (truth.NEAR_MIN_MM, truth.NEAR_MAX_MM), (truth.CONTACT_MIN_DEPTH_MM, points[-1].to_mm)

@@ -29,8 +29,10 @@ def plot_detection(
     middles = np.array([(each.above_mm + each.to_mm) / 2 for each in points])
     halves = np.array([(each.to_mm - each.above_mm) / 2 for each in points])
     rates = np.array([each.rate for each in points])
-    lows = np.array([each.rate if each.low is None else each.low for each in points])
-    highs = np.array([each.rate if each.high is None else each.high for each in points])
+    ends = [
+        (each.rate if each.low is None else each.low, each.rate if each.high is None else each.high) for each in points
+    ]
+    lows, highs = np.array(ends).T
     errors = np.clip(np.stack([rates - lows, highs - rates]), 0, None)
     with plot_style():
         figure, panel = drawn_panel(_HEIGHT_IN, _PLACE)
@@ -67,7 +69,7 @@ MOST_CHANGED = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Picture:
+class CaptionedFrame:
     """One frame with what is true and what is said of it."""
 
     uri: str
@@ -78,7 +80,7 @@ class Picture:
     said: str
 
 
-def sheet(footage: Sequence[Footage], episodes: Sequence[JudgedEpisode], standard: str) -> list[Picture]:
+def sheet(footage: Sequence[Footage], episodes: Sequence[JudgedEpisode], standard: str) -> list[CaptionedFrame]:
     """A near and a pressed frame of every take in the standard condition, and a lit one of every other light."""
     noise = standard.partition("/")[2]
     pictures = []
@@ -92,7 +94,7 @@ def sheet(footage: Sequence[Footage], episodes: Sequence[JudgedEpisode], standar
 
 def changed_sheet(
     footage: Sequence[Footage], episodes: Sequence[JudgedEpisode], runs: Sequence[FrameRun]
-) -> list[Picture]:
+) -> list[CaptionedFrame]:
     """The first frame of every run that changed, up to a dozen."""
     wanted: dict[str, list[int]] = {}
     for run in list(runs)[:MOST_CHANGED]:
@@ -103,17 +105,17 @@ def changed_sheet(
     return pictures
 
 
-def _pictures(film: Footage, episode: JudgedEpisode, places: Sequence[int]) -> list[Picture]:
+def _pictures(film: Footage, episode: JudgedEpisode, places: Sequence[int]) -> list[CaptionedFrame]:
     if not places:
         return []
     images = dict(enumerate(islice(film.images.frames(), max(places) + 1)))
     return [_picture(images[place], film, episode, place) for place in places]
 
 
-def _picture(image: Frame, film: Footage, episode: JudgedEpisode, place: int) -> Picture:
+def _picture(image: Frame, film: Footage, episode: JudgedEpisode, place: int) -> CaptionedFrame:
     truth, gap = episode.labels.classes[place], float(episode.labels.gap_mm[place])
     light = ", flashlight" if episode.labels.flashlight[place] else ""
-    return Picture(
+    return CaptionedFrame(
         uri=data_uri(image),
         title=f"{film.tag.name} {place}",
         place=gap_or_depth(None if np.isnan(gap) else gap) + light,

@@ -13,7 +13,7 @@ from scipy.special import gammaincinv, ndtr
 
 from magicsim.arrays import Array, Mask
 from magicsim.detectors.verdict import REPEATABILITY_SD, Contact, FeatureAtRest, Proximity
-from magicsim.evaluation.answers import answered, features_of, fitted
+from magicsim.evaluation.answers import detection_of, features_of, fitted
 from magicsim.evaluation.detector import MakeDetector
 from magicsim.evaluation.footage import ExposedTake, Footage
 from magicsim.frame_class import FrameClass
@@ -95,7 +95,7 @@ def _rest(film: Footage, episodes: Sequence[JudgedEpisode], make: MakeDetector, 
     assert isinstance(film.images, ExposedTake)
     detector = fitted(make, film.images.references(), who=who)
     count = round(seconds * film.frames_per_second)
-    said = [answered(detector, frame, who=who) for frame in film.images.at_rest(count)]
+    said = [detection_of(detector, frame, who=who) for frame in film.images.at_rest(count)]
     alarms = sum(each.proximity == Proximity.APPROACHING or each.contact == Contact.TOUCHED for each in said)
     hours = count / film.frames_per_second / HOUR_S
     touches, approaches = np.array([[each.touch, each.approach] for each in said]).T
@@ -103,18 +103,13 @@ def _rest(film: Footage, episodes: Sequence[JudgedEpisode], make: MakeDetector, 
     approach = _score(approaches, episodes, "approach", FrameClass.NEAR, Proximity.APPROACHING)
     tails = [ndtr(-each.margin_sd) for each in (touch, approach) if each is not None]
     return Rest(
-        place=film.tag.place,
-        noise=film.tag.noise,
-        frames=count,
-        alarms=alarms,
-        alarms_per_hour=alarms / hours,
+        place=film.tag.place, noise=film.tag.noise, frames=count, alarms=alarms, alarms_per_hour=alarms / hours,
         low=float(gammaincinv(alarms, TAIL)) / hours if alarms else 0.0,
         high=float(gammaincinv(alarms + 1, 1 - TAIL)) / hours,
         expected_per_hour=float(sum(tails)) * film.frames_per_second * HOUR_S if tails else None,
-        touch=touch,
-        approach=approach,
+        touch=touch, approach=approach,
         features={name: _measure(values, episodes, name) for name, values in features_of(said).items()},
-    )
+    )  # fmt: skip
 
 
 def _measure(values: Array, episodes: Sequence[JudgedEpisode], name: str) -> MeasureAtRest:

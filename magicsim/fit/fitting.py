@@ -133,27 +133,27 @@ def fit_constants(
     with waiting("fitting constants", told):
         first = np.array([each.share(value_of(scene, each.path)) for each in constants.values()])
         start_rms = float(np.sqrt(np.mean(comparison(first).residuals ** 2)))
-        found = solve(
+        solution = solve(
             lambda point: comparison(point).residuals, first, starts=starts, evaluations=evaluations, seed=seed
         )
-        best = comparison(found.point)
-        values = values_at(found.point)
+        best = comparison(solution.point)
+        values = values_at(solution.point)
         camera = with_values(scene, values).rig.camera
         states = observed_states(with_values(scene, values), observations)
         again = [
             compare(render_bases(scene, values, states, equilibria, pair=pair), observations, camera, blocks=blocks)
             for pair in range(1, PAIRS)
         ]
-        rendering = scatter(found.jacobian, [best.residuals, *(each.residuals for each in again)])
-        fits, picture = _fitted(constants, found, rendering), out.with_suffix(".png")
+        rendering = scatter(solution.jacobian, [best.residuals, *(each.residuals for each in again)])
+        fits, picture = _fitted(constants, solution, rendering), out.with_suffix(".png")
         plot_residual(observations, best, picture)
         fitted = fitted_scene(scene, values, best.strengths, best.images[0])
-        write_scene(out, fitted, comment=_comment(fits, found, observations))
+        write_scene(out, fitted, comment=_comment(fits, solution, observations))
         return FitResult(
             out=str(out), picture=str(picture), constants=fits, strengths=_by_light(best.strengths),
-            mean_rms=_rms(best.means), contrast_rms=_rms(best.contrasts), start_rms=start_rms, rms=found.rms,
-            restart_rms=found.ends_rms, singular_values=found.singular_values.tolist(),
-            weakest=dict(zip(constants, found.weakest.tolist(), strict=True)), evaluations=found.evaluations,
+            mean_rms=_rms(best.means), contrast_rms=_rms(best.contrasts), start_rms=start_rms, rms=solution.rms,
+            restart_rms=solution.ends_rms, singular_values=solution.singular_values.tolist(),
+            weakest=dict(zip(constants, solution.weakest.tolist(), strict=True)), evaluations=solution.evaluations,
             seconds=time.perf_counter() - start_time,
         )  # fmt: skip
 
@@ -180,26 +180,26 @@ def _checked(free: Sequence[str], out: Path, *, starts: int, evaluations: int) -
     return constants
 
 
-def _fitted(constants: Mapping[str, Constant], found: Solution, rendering: Array) -> list[FittedConstant]:
+def _fitted(constants: Mapping[str, Constant], solution: Solution, rendering: Array) -> list[FittedConstant]:
     fits = []
     for place, (name, each) in enumerate(constants.items()):
-        share = float(found.point[place])
-        sd = min(float(np.hypot(found.sd[place], rendering[place])), UNKNOWN_SD)
+        share = float(solution.point[place])
+        sd = min(float(np.hypot(solution.sd[place], rendering[place])), UNKNOWN_SD)
         fits.append(
             FittedConstant(
                 name=name, field=each.path, value=each.at(share), low=each.low, high=each.high,
                 plausible=(each.at(max(share - sd, 0.0)), each.at(min(share + sd, 1.0))), sd_share=sd,
                 render_share=float(rendering[place]),
                 determined=sd < DETERMINED_SD and EDGE < share < 1 - EDGE,
-                restarts=[each.at(float(end[place])) for end in found.ends],
+                restarts=[each.at(float(end[place])) for end in solution.ends],
             )
         )  # fmt: skip
     return fits
 
 
-def _comment(fits: Sequence[FittedConstant], found: Solution, observations: Sequence[Observation]) -> str:
+def _comment(fits: Sequence[FittedConstant], solution: Solution, observations: Sequence[Observation]) -> str:
     frames, states = sum(each.count for each in observations), len(observations)
-    lines = [f"Written by magicsim fit from {frames} frames of {states} states; residual {found.rms:.2f} grey."]
+    lines = [f"Written by magicsim fit from {frames} frames of {states} states; residual {solution.rms:.2f} grey."]
     for each in fits:
         said = "" if each.determined else ", not determined"
         lines.append(f"{each.field} = {each.value:.5g}, {each.plausible[0]:.5g} to {each.plausible[1]:.5g}{said}")

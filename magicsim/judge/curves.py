@@ -142,15 +142,9 @@ def threshold_at(negatives: Array, false_alarm_rate: float) -> float:
 
 
 def _curve(
-    episodes: Sequence[JudgedEpisode],
-    places: Sequence[Array],
-    score: str,
-    nothing: set[FrameClass],
-    edges: tuple[float, ...],
-    false_alarm_rate: float,
-    resamples: int,
-    seed: int,
-) -> list[CurvePoint]:
+    episodes: Sequence[JudgedEpisode], places: Sequence[Array], score: str, nothing: set[FrameClass],
+    edges: tuple[float, ...], false_alarm_rate: float, resamples: int, seed: int,
+) -> list[CurvePoint]:  # fmt: skip
     scores = [np.asarray(getattr(each, score), np.float64) for each in episodes]
     negatives = [class_scores(each, score, nothing) for each in episodes]
     # Upper edges belong to their bin, as 3 mm belongs to Near and 0.3 mm to Contact's lower limit of depth.
@@ -171,24 +165,19 @@ def _curve(
         total = whole[drawn].sum(0)
         return np.where(total > 0, hits / np.maximum(total, 1), np.nan)
 
-    everything = np.arange(len(episodes))
-    found = rates(everything)
-    spread = (
-        np.array([rates(drawn) for drawn in resampled(len(episodes), resamples, np.random.default_rng(seed))])
-        if len(episodes) >= LEAST_EPISODES
-        else None
-    )
-    return [
-        _point(edges, index, int(whole[:, index].sum()), found[index], None if spread is None else spread[:, index])
-        for index in range(count)
-        if whole.size and whole[:, index].sum() > 0 and np.isfinite(found[index])
-    ]
-
-
-def _point(edges: tuple[float, ...], index: int, frames: int, rate: float, spread: Array | None) -> CurvePoint:
-    low = high = None
-    if spread is not None and np.isfinite(spread).any():
-        low, high = ends(spread)
-    return CurvePoint(
-        above_mm=edges[index], to_mm=edges[index + 1], frames=frames, rate=float(rate), low=low, high=high
-    )
+    found = rates(np.arange(len(episodes)))
+    draws = resampled(len(episodes), resamples, np.random.default_rng(seed))
+    spread = np.array([rates(drawn) for drawn in draws]) if len(episodes) >= LEAST_EPISODES else None
+    points = []
+    for index in range(count):
+        frames = int(whole[:, index].sum()) if whole.size else 0
+        if frames and np.isfinite(found[index]):
+            known = spread is not None and np.isfinite(spread[:, index]).any()
+            low, high = ends(spread[:, index]) if spread is not None and known else (None, None)
+            points.append(
+                CurvePoint(
+                    above_mm=edges[index], to_mm=edges[index + 1], frames=frames, rate=float(found[index]), low=low,
+                    high=high,
+                )
+            )  # fmt: skip
+    return points

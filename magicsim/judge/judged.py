@@ -35,7 +35,7 @@ class EpisodeTag:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Labels:
+class EpisodeLabels:
     """Truth of the frames after the references; all arrays have shape (frames,)."""
 
     gap_mm: Array
@@ -46,8 +46,8 @@ class Labels:
     """By the rules of `magicsim.frame_class`; None where a frame is not scored."""
 
     @classmethod
-    def of(cls, gap_mm: Array, force_n: Array, flashlight: Mask) -> "Labels":
-        """Labels with their classes."""
+    def of(cls, gap_mm: Array, force_n: Array, flashlight: Mask) -> "EpisodeLabels":
+        """EpisodeLabels with their classes."""
         classes = tuple(
             classify_frame(gap_mm=None if np.isnan(gap) else float(gap), force_n=float(force), light_on=bool(light))
             for gap, force, light in zip(gap_mm, force_n, flashlight, strict=True)
@@ -60,7 +60,7 @@ class JudgedEpisode:
     """Verdicts and scores of the frames after the references."""
 
     tag: EpisodeTag
-    labels: Labels
+    labels: EpisodeLabels
     proximity: tuple[str, ...]
     contact: tuple[str, ...]
     approach: Array

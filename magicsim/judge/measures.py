@@ -177,7 +177,7 @@ MOST_UNDEFINED = 0.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Estimate:
+class MeasureEstimate:
     """A measure with its confidence interval."""
 
     value: float | None
@@ -195,7 +195,7 @@ def weights_of(indices: Index, episodes: int) -> Array:
     return counts.reshape(-1, episodes).astype(np.float64)
 
 
-def estimate(name: str, table: Tally, groups: Sequence[str], *, resamples: int, seed: int) -> Estimate:
+def estimate(name: str, table: Tally, groups: Sequence[str], *, resamples: int, seed: int) -> MeasureEstimate:
     """One measure of a tally with its interval; episodes of one group are drawn together, since they share a take."""
     value = measure(name, table)
     labels = list(dict.fromkeys(groups))
@@ -207,15 +207,15 @@ def estimate(name: str, table: Tally, groups: Sequence[str], *, resamples: int, 
             found = MEASURES[name].compute(table, drawn @ member)
         if np.isnan(found).mean() <= MOST_UNDEFINED:
             low, high = ends(found)
-    return Estimate(value=value, low=low, high=high, episodes=len(labels))
+    return MeasureEstimate(value=value, low=low, high=high, episodes=len(labels))
 
 
-def exact_share(successes: int, total: int) -> Estimate:
+def exact_share(successes: int, total: int) -> MeasureEstimate:
     """A share of independent episodes with its exact interval (Clopper and Pearson 1934).
 
     Where everything is right the bootstrap has nothing to spread and its interval collapses; this one does not.
     """
     if total == 0:
-        return Estimate(value=None, low=None, high=None, episodes=0)
+        return MeasureEstimate(value=None, low=None, high=None, episodes=0)
     ends = binomtest(successes, total).proportion_ci(CONFIDENCE, method="exact")
-    return Estimate(value=successes / total, low=float(ends.low), high=float(ends.high), episodes=total)
+    return MeasureEstimate(value=successes / total, low=float(ends.low), high=float(ends.high), episodes=total)

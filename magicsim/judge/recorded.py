@@ -32,7 +32,7 @@ from magicsim.detectors.frame import Frame
 from magicsim.detectors.source import read_image
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.frame_class import FrameClass
-from magicsim.judge.judged import Labels
+from magicsim.judge.judged import EpisodeLabels
 from magicsim.judge.table import TABLE, read_table
 
 LABELS = "labels.csv"
@@ -99,7 +99,7 @@ FORCES = (("force_n",), VECTOR, VECTOR[2:])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Recording:
+class RecordedEpisode:
     """Labels of a recorded episode and where its images are; arrays have one entry a frame, references first."""
 
     folder: Path
@@ -112,10 +112,10 @@ class Recording:
     flashlight: npt.NDArray[np.bool_]
 
     @property
-    def labels(self) -> Labels:
+    def labels(self) -> EpisodeLabels:
         """Truth of the frames after the references."""
         scored = ~self.is_reference
-        return Labels.of(self.gap_mm[scored], self.force_n[scored], self.flashlight[scored])
+        return EpisodeLabels.of(self.gap_mm[scored], self.force_n[scored], self.flashlight[scored])
 
     def references(self) -> Iterator[Frame]:
         """Images of the untouched sensor, RGB, shape (rows, columns, 3)."""
@@ -129,7 +129,7 @@ class Recording:
         return (read_image(self.folder / name) for name, wanted in zip(self.files, chosen, strict=True) if wanted)
 
 
-def read_recording(folder: Path) -> Recording:
+def read_recording(folder: Path) -> RecordedEpisode:
     """Reads a folder's table; images are read later, one at a time.
 
     Raises:
@@ -160,7 +160,7 @@ def read_recording(folder: Path) -> Recording:
         msg = f"{path}: {count} frames are references; must be some, and all before the rest"
         raise ConfigError(msg)
     files, _, gaps, forces, lights = zip(*values, strict=True)
-    return Recording(
+    return RecordedEpisode(
         folder=folder, files=files, is_reference=reference, gap_mm=np.array(gaps, np.float64),
         force_n=np.array(forces, np.float64), flashlight=np.array(lights, bool),
     )  # fmt: skip

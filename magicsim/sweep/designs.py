@@ -164,7 +164,7 @@ def _holder(data: dict[str, Any], field: str, *, kinds: Mapping[type, str]) -> t
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rendering:
+class DesignRendering:
     """A sensor as one rendering sees it."""
 
     sensor: SweptSensor
@@ -172,7 +172,7 @@ class Rendering:
     """What it has of its own, by the names that rows of a dataset give it."""
 
 
-def renderings_of(sensor: SweptSensor, sweep: SweepConfig) -> list[Rendering]:
+def renderings_of(sensor: SweptSensor, sweep: SweepConfig) -> list[DesignRendering]:
     """A design as each of `quality.renderings` sees it; all alike where a sweep names no rooms and draws nothing.
 
     Raises:
@@ -180,27 +180,27 @@ def renderings_of(sensor: SweptSensor, sweep: SweepConfig) -> list[Rendering]:
     """
     count, rooms = sweep.quality.renderings, sweep.rooms
     if not (rooms or sweep.draws):
-        return [Rendering(sensor=sensor, drawn={})] * count
+        return [DesignRendering(sensor=sensor, drawn={})] * count
     renderings = []
     for turn, each in enumerate(_drawn(sensor, sweep)):
         rig = in_room(each.sensor.rig, rooms[turn % len(rooms)]) if rooms else each.sensor.rig
         camera = rig.camera.model_copy(update={"pattern_seed": sensor.rig.camera.pattern_seed + turn})
         seen = each.sensor.model_copy(update={"rig": rig.model_copy(update={"camera": camera})})
         drawn = each.drawn | {"camera.pattern_seed": float(camera.pattern_seed)}
-        renderings.append(Rendering(sensor=seen, drawn=drawn))
+        renderings.append(DesignRendering(sensor=seen, drawn=drawn))
     return renderings
 
 
-def rows_of_renderings(found: list[Rendering]) -> dict[str, float]:
+def rows_of_renderings(found: list[DesignRendering]) -> dict[str, float]:
     """What renderings have of their own, as columns of a table: `renderings.0.camera.full_well_e` and so on."""
     return {f"renderings.{turn}.{name}": value for turn, each in enumerate(found) for name, value in each.drawn.items()}
 
 
-def _drawn(sensor: SweptSensor, sweep: SweepConfig) -> list[Rendering]:
+def _drawn(sensor: SweptSensor, sweep: SweepConfig) -> list[DesignRendering]:
     """Prints and cameras of the renderings."""
     count = sweep.quality.renderings
     if not sweep.draws:
-        return [Rendering(sensor=sensor, drawn={})] * count
+        return [DesignRendering(sensor=sensor, drawn={})] * count
     recipe = Recipe(
         schema_version=1, design=sensor.design, rig=sensor.rig, seed=sweep.seed, episodes=count,
         episodes_per_sensor=1, tolerances=sweep.tolerances, camera=sweep.camera, paths=(ClearPath(kind="clear"),),
@@ -209,5 +209,5 @@ def _drawn(sensor: SweptSensor, sweep: SweepConfig) -> list[Rendering]:
     renderings = []
     for each in draw_episodes(recipe):
         update = {"design": each.scene.design.model_copy(update=shape), "rig": each.scene.rig}
-        renderings.append(Rendering(sensor=sensor.model_copy(update=update), drawn=each.values))
+        renderings.append(DesignRendering(sensor=sensor.model_copy(update=update), drawn=each.values))
     return renderings

@@ -24,7 +24,7 @@ from magicsim.detectors.verdict import Contact, Verdict
 from magicsim.frame_class import NEAR_MAX_MM, FrameClass
 from magicsim.judge.curves import roc_curve
 from magicsim.sampling.bootstrap import interval
-from magicsim.sweep.film import REFERENCES, SPAN, Film, Shown
+from magicsim.sweep.film import REFERENCES, SPAN, DesignFilm, Shown
 from magicsim.sweep.measures import Measured
 
 TRAINING_DRAWS = 2
@@ -53,7 +53,7 @@ class FittedDetector:
         return np.array([[each.entropy, each.correlation, each.similarity] for each in self.verdicts(frames)])
 
 
-def fit_detector(film: Film) -> FittedDetector:
+def fit_detector(film: DesignFilm) -> FittedDetector:
     """Fits thresholds and options to the training part of a film.
 
     `published` gives what is not fitted, its kernel as large on the face as in a whole image.
@@ -70,7 +70,7 @@ def fit_detector(film: Film) -> FittedDetector:
     return FittedDetector(profile=profile, references=fuse(references, profile))
 
 
-def training_episode(film: Film, references: Sequence[Frame]) -> Episode:
+def training_episode(film: DesignFilm, references: Sequence[Frame]) -> Episode:
     """Labelled frames of every class: every second place, and states on the axis."""
     clear = film.frames(film.untouched, CLEAR_DRAWS)
     near = [each for each in film.approach if each.gap_mm is not None and 0 < each.gap_mm <= NEAR_MAX_MM]
@@ -87,7 +87,7 @@ def training_episode(film: Film, references: Sequence[Frame]) -> Episode:
     return Episode(references=references, frames=frames, classes=classes)
 
 
-def fixed_detector(film: Film) -> FittedDetector:
+def fixed_detector(film: DesignFilm) -> FittedDetector:
     """A detector with one set of options for every design, so that their similarities can be compared.
 
     Bright pixels are the grid from the mean grey level upwards, and the overlap is intersection over union: half of the
@@ -131,7 +131,7 @@ class ContactScores:
     clear_alarm: Mask
 
 
-def contact_scores(film: Film, detector: FittedDetector, draws: int, *, drift: float) -> ContactScores:
+def contact_scores(film: DesignFilm, detector: FittedDetector, draws: int, *, drift: float) -> ContactScores:
     """Similarity and verdict of every test frame, under lights that have drifted (see `Film.frames`)."""
 
     def seen(states: Sequence[Shown]) -> tuple[Array, Mask]:
@@ -215,7 +215,7 @@ class ApproachCurve:
         return noticed_from(self.gaps_mm, self.all_rates())
 
 
-def mean_similarity(shown: Sequence[Shown], film: Film, detector: FittedDetector, draws: int) -> Array:
+def mean_similarity(shown: Sequence[Shown], film: DesignFilm, detector: FittedDetector, draws: int) -> Array:
     """Similarity of some states, mean over the camera's noise, shape (states,)."""
     return np.array([detector.features(film.frames(each, draws))[:, 2].mean() for each in shown])
 
@@ -234,7 +234,7 @@ def contact_sensitivity(light: Array, firm: Array, *, step: float, seed: int) ->
     return Measured.mean_over([partial(mean, each) for each in slopes], slopes.shape[1], seed=seed)
 
 
-def approach_curve(film: Film, detector: FittedDetector, draws: int) -> ApproachCurve:
+def approach_curve(film: DesignFilm, detector: FittedDetector, draws: int) -> ApproachCurve:
     """Features of the approach and of untouched frames."""
     seen = np.stack([detector.features(film.frames(shown, draws)) for shown in film.approach])
     clear = detector.features(film.frames(film.untouched, CLEAR_FRAMES, first=CLEAR_FIRST))

@@ -69,7 +69,7 @@ class Shown:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Film:
+class DesignFilm:
     """Everything that the image measures of a design are taken from, as one set of random numbers renders it."""
 
     camera: Camera
@@ -108,7 +108,7 @@ class Film:
 
 def film_design(
     sensors: Sequence[SweptSensor], thing: ObjectConfig, quality: Quality, *, seed: int, untouched: UntouchedStates
-) -> list[Film]:
+) -> list[DesignFilm]:
     """Simulates everything that a film shows, once for each of `quality.renderings`.
 
     The sensors are the design and what surrounds it as each rendering sees it, see `renderings_of`; they share shape
@@ -149,10 +149,10 @@ def _untouched(simulated: Sensor) -> tuple[FloatImage, ...]:
     return tuple(simulated.radiance(each, rest) for each in (UNTOUCHED, *states))
 
 
-def _film(simulated: Sensor, rest: tuple[FloatImage, ...], shown: tuple[Shown, ...], quality: Quality) -> Film:
+def _film(simulated: Sensor, rest: tuple[FloatImage, ...], shown: tuple[Shown, ...], quality: Quality) -> DesignFilm:
     lengths = [len(quality.gaps_mm), len(quality.depths_mm), 3 * quality.touches, len(LIGHTS_MM)]
     parts = [shown[first:stop] for first, stop in pairwise(np.cumsum([0, *lengths]).tolist())]
-    return Film(
+    return DesignFilm(
         camera=simulated.rig.camera,
         exposure=sensor_exposure(simulated, rest[0]),
         seed=simulated.seed,

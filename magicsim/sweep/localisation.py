@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from magicsim.arrays import Array, Index
 from magicsim.detectors.frame import Frame
-from magicsim.sweep.film import Film
+from magicsim.sweep.film import DesignFilm
 from magicsim.sweep.measures import Measured
 
 TINY = 1e-12
@@ -50,14 +50,14 @@ def localisation_error(predicted: Sequence[Array], places: Array, *, seed: int) 
     return Measured.mean_over(errors, len(places), seed=seed)
 
 
-def predicted_places(film: Film) -> Array:
+def predicted_places(film: DesignFilm) -> Array:
     """Place of each touch as the regressor says that has seen the others, shape (touches, 2) [mm]."""
     reference = np.mean(film.references(), axis=0)
     features = np.stack([_mean_features(film.frames(each, DRAWS, first=FIRST), reference) for each in film.touches])
     return left_out_predictions(features, true_places(film))
 
 
-def true_places(film: Film) -> Array:
+def true_places(film: DesignFilm) -> Array:
     """Place of each touch, shape (touches, 2) [mm]."""
     return np.array([[each.x_mm, each.y_mm] for each in film.touches])
 

@@ -16,15 +16,15 @@ from magicsim.report.text import data_uri
 from magicsim.sweep import detection, texture
 from magicsim.sweep.designs import SweptSensor, renderings_of
 from magicsim.sweep.detection import FittedDetector, mean_similarity
-from magicsim.sweep.film import Film, film_design
+from magicsim.sweep.film import DesignFilm, film_design
 from magicsim.sweep.localisation import localisation_error, predicted_places, true_places
 from magicsim.sweep.measures import Measured, Quality
 from magicsim.sweep.mechanics import FORCE_DEPTH_MM, press_curve, spacing_error
 from magicsim.sweep.result import Block, Curve
 from magicsim.sweep.sweep_file import SweepConfig
-from magicsim.sweep.texture import Observation, Pattern, PlateFrames
+from magicsim.sweep.texture import Pattern, PatternPowers, PlateFrames
 
-Filmed = tuple[Film, FittedDetector]
+Filmed = tuple[DesignFilm, FittedDetector]
 """A rendering of the film, and a detector of its own."""
 SPACING_MEASURES: dict[Pattern, str] = {"dots": "dot_spacing_mm", "lines": "line_spacing_mm"}
 SHOWN_GAPS = 3
@@ -33,7 +33,7 @@ SHOWN_GAPS = 3
 
 @dataclass(slots=True, kw_only=True)
 class Parts:
-    """Everything that has been found out so far."""
+    """Everything that has been measured out so far."""
 
     measures: dict[str, Measured] = field(default_factory=dict)
     curves: dict[str, Curve] = field(default_factory=dict)
@@ -116,7 +116,7 @@ def _pattern(
 ) -> Parts:
     """One pattern; a spacing that cannot be pressed counts as missed."""
     quality, name = sweep.quality, SPACING_MEASURES[pattern]
-    observed: dict[float, Observation] = {}
+    observed: dict[float, PatternPowers] = {}
     pictures, notes = {}, []
 
     def is_told_apart(spacing: float) -> bool:
@@ -133,13 +133,13 @@ def _pattern(
     if not observed:
         return Parts(measures={name: Measured(value=None, note="; ".join(notes))})
     spacings = sorted(observed, reverse=True)
-    found = texture.smallest_spacing(np.array(spacings), [observed[each] for each in spacings], seed=sweep.seed)
-    found = replace(found, note="; ".join(text for text in (found.note, *notes) if text))
+    measured = texture.smallest_spacing(np.array(spacings), [observed[each] for each in spacings], seed=sweep.seed)
+    measured = replace(measured, note="; ".join(text for text in (measured.note, *notes) if text))
     curve: Curve = {"spacing_mm": list(spacings), "d_prime": [observed[each].d_prime() for each in spacings]}
-    return Parts(measures={name: found}, curves={f"{pattern}_d_prime": curve}, pictures=pictures)
+    return Parts(measures={name: measured}, curves={f"{pattern}_d_prime": curve}, pictures=pictures)
 
 
-def _pressed(sensor: SweptSensor, sweep: SweepConfig, film: Film) -> Parts:
+def _pressed(sensor: SweptSensor, sweep: SweepConfig, film: DesignFilm) -> Parts:
     depths = np.array(sweep.quality.depths_mm)
     force = np.array([each.force_n for each in film.press])
     try:
@@ -147,14 +147,14 @@ def _pressed(sensor: SweptSensor, sweep: SweepConfig, film: Film) -> Parts:
         error = spacing_error(sensor.design, sweep.object, last, cells_across=sweep.quality.cells_across)
     except ConvergenceError:
         error = float("nan")
-    found = press_curve(depths, force, relative_error=error)
+    measured = press_curve(depths, force, relative_error=error)
     return Parts(
-        measures={"force_1mm_n": found[0], "stiffness_n_per_mm": found[1]},
+        measures={"force_1mm_n": measured[0], "stiffness_n_per_mm": measured[1]},
         curves={"force": {"depth_mm": [0.0, *depths.tolist()], "force_n": [0.0, *force.tolist()]}},
     )
 
 
-def _cost(sensor: SweptSensor, sweep: SweepConfig, film: Film) -> Parts:
+def _cost(sensor: SweptSensor, sweep: SweepConfig, film: DesignFilm) -> Parts:
     """Cost of a touch on the design's own lattice, as `magicsim press` solves it, and of its rendering."""
     own = press(sensor.design, sweep.object, depth_mm=sweep.quality.touch_depth_mm)
     seconds = own.seconds + np.array([each.seconds for each in (*film.press, *film.touches)])
@@ -202,7 +202,7 @@ def _detected(films: Sequence[Filmed], quality: Quality, seed: int) -> Parts:
     )  # fmt: skip
 
 
-def _pictures(film: Film) -> dict[str, str]:
+def _pictures(film: DesignFilm) -> dict[str, str]:
     shown = {"untouched": film.untouched}
     shown |= {f"gap {each.gap_mm:g} mm": each for each in film.approach[-SHOWN_GAPS:]}
     shown |= {f"depth {-(each.gap_mm or 0):g} mm": each for each in film.press}

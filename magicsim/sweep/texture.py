@@ -154,17 +154,17 @@ def powers(difference: Array, places_mm: Array, directions_deg: Sequence[float],
     return np.asarray((np.abs(found) ** 2).mean((1, 2)))
 
 
-def observe(with_pattern: PlateFrames, plain: PlateFrames, pattern: Pattern, spacing_mm: float) -> "Observation":
+def observe(with_pattern: PlateFrames, plain: PlateFrames, pattern: Pattern, spacing_mm: float) -> "PatternPowers":
     """What the d' of one spacing is made of."""
     difference = with_pattern.contrast - plain.contrast
-    return Observation(
+    return PatternPowers(
         pattern=float(powers(difference, plain.places_mm, ALONG_DEG[pattern], 1 / spacing_mm).mean()),
         around=powers(difference, plain.places_mm, ACROSS_DEG[pattern], 1 / spacing_mm),
     )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Observation:
+class PatternPowers:
     """Powers at one spacing."""
 
     pattern: float
@@ -187,7 +187,7 @@ def try_finest_first(spacings_mm: Sequence[float], is_told_apart: Callable[[floa
     next((spacing for spacing in reversed(spacings_mm) if is_told_apart(spacing)), None)
 
 
-def smallest_spacing(spacings_mm: Array, observed: Sequence[Observation], *, seed: int) -> Measured:
+def smallest_spacing(spacings_mm: Array, observed: Sequence[PatternPowers], *, seed: int) -> Measured:
     """The spacing at which d' falls to 2, between tested ones, which fall, by their logarithm.
 
     The interval is a bootstrap over the clutter's directions.

@@ -15,7 +15,7 @@ from magicsim.evaluation.detector import ProfileDetector
 from magicsim.evaluation.footage import ExposedTake, Footage
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.evaluation.take import Take
-from magicsim.judge.judged import EpisodeTag, Labels
+from magicsim.judge.judged import EpisodeLabels, EpisodeTag
 from magicsim.judge.measures import estimate
 from magicsim.judge.tally import tally
 
@@ -34,7 +34,7 @@ def ablated_footage(case: Case, take: Take, suite: SuiteConfig) -> Footage:
         tag=EpisodeTag(
             take=case.name, object=case.object, role=case.role, path=case.path, light=case.light, noise=name
         ),
-        labels=Labels.of(take.gap_mm[scored], take.force_n[scored], take.flashlight[scored]),
+        labels=EpisodeLabels.of(take.gap_mm[scored], take.force_n[scored], take.flashlight[scored]),
         images=ExposedTake(
             take=take,
             camera=suite.rig.camera,

@@ -15,7 +15,7 @@ from magicsim.detectors.verdict import Contact, Proximity, Verdict
 from magicsim.evaluation.footage import ExposedTake
 from magicsim.evaluation.take import Take
 from magicsim.frame_class import FrameClass
-from magicsim.judge.judged import Labels
+from magicsim.judge.judged import EpisodeLabels
 
 Array = npt.NDArray[np.float64]
 STATES = {"untouched": FrameClass.CLEAR, "near": FrameClass.NEAR, "touched": FrameClass.CONTACT}
@@ -54,7 +54,7 @@ def exposed(sensor: DrawnSensor, take: Take) -> Episode:
         take=take, camera=sensor.camera, seed=scene.seed, frames_per_second=scene.frames_per_second,
         lit=scene.rig.lit,
     )  # fmt: skip
-    labels = Labels.of(take.gap_mm[scored], take.force_n[scored], take.flashlight[scored])
+    labels = EpisodeLabels.of(take.gap_mm[scored], take.force_n[scored], take.flashlight[scored])
     return Episode(references=list(images.references()), frames=list(images.frames()), classes=labels.classes)
 
 

@@ -11,7 +11,7 @@ from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluation.cases import Case, list_cases
 from magicsim.evaluation.suite import SuiteConfig, load_suite
 from magicsim.evaluation.take import Take, take_key, write_take
-from magicsim.judge.judged import EpisodeTag, JudgedEpisode, Labels
+from magicsim.judge.judged import EpisodeLabels, EpisodeTag, JudgedEpisode
 from magicsim.scenes.timeline import FrameState, timeline
 
 ROWS, COLUMNS = 48, 36
@@ -139,7 +139,7 @@ def judged(
     """An episode of 4 Clear, 6 Near, 4 Contact and 4 Light frames with right verdicts, but for those at `miss`."""
     gap = np.array([np.nan] * 4 + [3.0, 2.5, 2.0, 1.0, 0.5, 0.1] + [-0.3, -0.5, -0.8, -1.0] + [np.nan] * 4)
     force = np.where(gap < 0, 1.0, 0.0)
-    labels = Labels.of(gap, force, np.array([False] * 14 + [True] * 4))
+    labels = EpisodeLabels.of(gap, force, np.array([False] * 14 + [True] * 4))
     near = [Proximity.NORMAL] * 4 + [Proximity.APPROACHING] * 6 + [Proximity.APPROACHING] * 4 + [Proximity.NOISE] * 4
     touch = [Contact.UNTOUCHED] * 10 + [Contact.TOUCHED] * 4 + [Contact.UNKNOWN] * 4
     random = np.random.default_rng([seed, zlib.crc32(name.encode())])

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim.evaluation.answers import answered, check_detection, fitted
+from magicsim.evaluation.answers import check_detection, detection_of, fitted
 from magicsim.evaluation.detector import Detection, built_in, find_detector
 from magicsim.evaluation.evaluate import Evaluation
 from magicsim.judge.measures import measure
@@ -103,7 +103,7 @@ def test_whatever_a_detector_raises_is_one_line(tmp_path: Path, code: str, words
     (tmp_path / "mine.py").write_text("\n".join(lines if method == "fit" else [lines[0], *reversed(lines[1:])]))
     frame = np.zeros((8, 8, 3), np.uint8)
     with pytest.raises(ConfigError) as caught:
-        answered(fitted(find_detector(f"{tmp_path / 'mine.py'}:X"), [frame], who="mine"), frame, who="mine")
+        detection_of(fitted(find_detector(f"{tmp_path / 'mine.py'}:X"), [frame], who="mine"), frame, who="mine")
     assert str(caught.value) == f"detector 'mine': {method} raised: {words}"
 
 

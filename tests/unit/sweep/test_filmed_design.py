@@ -7,7 +7,7 @@ from magicsim.light.records.untouched_store import UntouchedStates
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.sensor import Sensor
 from magicsim.sweep.designs import SweptSensor, camera_of, list_designs, render_of, renderings_of
-from magicsim.sweep.film import PASSED, Film, film_design
+from magicsim.sweep.film import PASSED, DesignFilm, film_design
 from magicsim.sweep.sweep_file import SweepConfig
 from sweep.fakes import small_sweep
 
@@ -25,7 +25,7 @@ def seen_by(sensor: SweptSensor, sweep: SweepConfig) -> list[SweptSensor]:
 
 
 @pytest.fixture(scope="module")
-def films() -> list[Film]:
+def films() -> list[DesignFilm]:
     sweep = small_sweep(*SETTINGS, *SWEPT)
     return [
         film_design([each.sensor], sweep.object, sweep.quality, seed=1, untouched=UntouchedStates())[0]
@@ -33,7 +33,7 @@ def films() -> list[Film]:
     ]
 
 
-def test_untouched_frames_show_what_passes_at_several_places_of_its_way(films: list[Film]):
+def test_untouched_frames_show_what_passes_at_several_places_of_its_way(films: list[DesignFilm]):
     office, corridor = films
     assert office.untouched.at_other_times == ()
     assert len(corridor.untouched.at_other_times) == PASSED
@@ -41,14 +41,14 @@ def test_untouched_frames_show_what_passes_at_several_places_of_its_way(films: l
     assert len({each.tobytes() for each in shown}) == PASSED + 1
 
 
-def test_noise_and_strength_of_a_still_room_are_drawn_as_without_anything_that_passes(films: list[Film]):
+def test_noise_and_strength_of_a_still_room_are_drawn_as_without_anything_that_passes(films: list[DesignFilm]):
     office, _ = films
     first, more = office.frames(office.untouched, 2, drift=0.1), office.frames(office.untouched, 3, drift=0.1)
     assert all((one == other).all() for one, other in zip(first, more[:2], strict=True))
     assert (more[0] != more[1]).any()
 
 
-def test_states_of_the_film_see_it_move(films: list[Film]):
+def test_states_of_the_film_see_it_move(films: list[DesignFilm]):
     office, corridor = films
     changes = [np.abs(one.radiance - other.radiance).mean() for one, other in zip(
         corridor.approach, office.approach, strict=True

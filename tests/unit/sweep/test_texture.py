@@ -4,7 +4,7 @@ import pytest
 from magicsim.sweep.designs import list_designs
 from magicsim.sweep.texture import (
     LOOKED_AT_PERIODS,
-    Observation,
+    PatternPowers,
     PlateFrames,
     observe,
     plate,
@@ -63,7 +63,7 @@ def test_what_the_plain_plate_shows_too_is_no_pattern():
 def test_clutter_alone_reaches_the_threshold_in_about_one_case_of_twenty():
     random = np.random.default_rng(0)
     power = random.exponential(1.0, (4000, 12))
-    told = [Observation(pattern=float(row[0]), around=row[1:]).d_prime() >= 2 for row in power]
+    told = [PatternPowers(pattern=float(row[0]), around=row[1:]).d_prime() >= 2 for row in power]
     assert 0.03 < np.mean(told) < 0.1
 
 
@@ -88,7 +88,7 @@ def test_no_coarser_spacing_is_tried_than_needed():
 
 def test_bounds_say_that_they_are_bounds():
     clutter = np.ones(10)
-    seen, unseen = Observation(pattern=9.0, around=clutter), Observation(pattern=1.0, around=clutter)
+    seen, unseen = PatternPowers(pattern=9.0, around=clutter), PatternPowers(pattern=1.0, around=clutter)
     spacings = np.array([1.0, 0.5])
     below = smallest_spacing(spacings, [seen, seen], seed=1)
     assert (below.value, below.low, below.high) == (0.5, None, 0.5)
