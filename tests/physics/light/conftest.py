@@ -19,7 +19,7 @@ SMALL = (
 )
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def small_scene() -> Callable[..., SceneConfig]:
     """A scene preset at 48 x 64 pixels on a block of 12 x 15 mm, unanchored, with further overrides."""
     if activate_variant() == SCALAR_VARIANT:

@@ -1,20 +1,25 @@
 """What the pictures must show: orientation, darkness, colour, contact."""
 
 import numpy as np
+import pytest
 
 from magicsim.scenes.timeline import UNTOUCHED, View, timeline
 from magicsim.simulation.sensor import Sensor
 
 
-def test_red_is_at_column_zero_and_blue_at_the_last(small_scene):
-    image = Sensor.for_scene(small_scene("rest")).renderer.plain_radiance(View())
-    red, blue = image[..., 0].mean(0), image[..., 2].mean(0)
+@pytest.fixture(scope="module")
+def rest(small_scene):
+    return np.array(Sensor.for_scene(small_scene("rest")).renderer.plain_radiance(View()))
+
+
+def test_red_is_at_column_zero_and_blue_at_the_last(rest):
+    red, blue = rest[..., 0].mean(0), rest[..., 2].mean(0)
     assert red[:8].mean() > 3 * red[-8:].mean()
     assert blue[-8:].mean() > 3 * blue[:8].mean()
 
 
-def test_green_lights_both_ends_of_the_rows(small_scene):
-    green = Sensor.for_scene(small_scene("rest")).renderer.plain_radiance(View())[..., 1].mean(1)
+def test_green_lights_both_ends_of_the_rows(rest):
+    green = rest[..., 1].mean(1)
     middle = green[28:36].mean()
     assert green[:6].mean() > 1.5 * middle
     assert green[-6:].mean() > 1.5 * middle
@@ -80,8 +85,7 @@ def test_image_of_a_mirrored_object_is_the_mirrored_image_in_green(small_scene):
     assert abs(left.mean() / right.mean() - 1) < 0.01
 
 
-def test_block_without_scattering_shows_no_light_of_its_own(small_scene):
+def test_block_without_scattering_shows_no_light_of_its_own(rest, small_scene):
     clear = small_scene("rest", "design.materials.infill.sigma_s_per_mm=0")
-    scattering = Sensor.for_scene(small_scene("rest")).renderer.plain_radiance(View())
     image = Sensor.for_scene(clear).renderer.plain_radiance(View())
-    assert np.median(image) < 0.05 * np.median(scattering)
+    assert np.median(image) < 0.05 * np.median(rest)
