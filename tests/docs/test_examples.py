@@ -22,6 +22,7 @@ SMALL_RENDERING = [
 ]  # fmt: skip
 SMALL_SENSOR = [
     "design.lattice.spacing_mm=2", "rig.camera.columns=30", "rig.camera.rows=36", "render.samples=8", "references=3",
+    "render.particles=6000", "render.anchor_particles=20000",
 ]  # fmt: skip
 
 

@@ -24,7 +24,7 @@ def moved(indenter: Indenter, motion: np.ndarray) -> Indenter:
     return Indenter(shape=indenter.shape, pose=place)
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.8])
+@pytest.mark.parametrize("friction", [pytest.param(0.0, marks=pytest.mark.slow), 0.8])
 def test_tangent_is_the_derivative_of_force_and_torque(friction: float):
     scene = load_scene("grip", BLOCK)
     pressed = place_object(scene.object, gap_mm=-0.7, x_mm=0.3, y_mm=-0.2)

@@ -27,7 +27,9 @@ for pose in (dict(gap_mm=-0.4), dict(gap_mm=-0.4, x_mm=0.3)):
 """
 
 
-@pytest.mark.parametrize(("design", "friction"), [("uniform-block", 0.0), ("mini-magictac", 0.5)])
+@pytest.mark.parametrize(
+    ("design", "friction"), [pytest.param("uniform-block", 0.0, marks=pytest.mark.slow), ("mini-magictac", 0.5)]
+)
 def test_displacements_are_bit_identical_across_thread_settings(design: str, friction: float) -> None:
     script = SCRIPT.replace("{design}", design).replace("{friction}", str(friction))
     digests = []

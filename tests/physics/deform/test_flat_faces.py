@@ -40,7 +40,7 @@ def test_force_and_area_below_a_flat_face(what: str) -> None:
     assert found.contact_area_mm2 == pytest.approx(QUARTERS * best.contact_area_mm2, rel=0.1)
 
 
-@pytest.mark.parametrize("radius_mm", [2, 4])
+@pytest.mark.parametrize("radius_mm", [2, pytest.param(4, marks=pytest.mark.slow)])
 def test_area_below_a_ball(radius_mm: int) -> None:
     """A face whose nodes are almost half a radius apart tells the border of the contact to a seventh of the area."""
     pressed = place_object(parse_object(f"sphere:radius_mm={radius_mm}"), gap_mm=-1.0)

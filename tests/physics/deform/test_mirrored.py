@@ -26,7 +26,9 @@ def pressed(block: Lattice, friction: float) -> Deformation:
     return ContactSolver(block, friction=friction).solve(place_object(BALL, gap_mm=-0.8))
 
 
-@pytest.mark.parametrize(("friction", "coat_n_per_mm"), [(0.0, 0.0), (1.0, 0.0), (0.0, 0.5)])
+@pytest.mark.parametrize(
+    ("friction", "coat_n_per_mm"), [pytest.param(0.0, 0.0, marks=pytest.mark.slow), (1.0, 0.0), (0.0, 0.5)]
+)
 def test_a_quarter_carries_a_quarter_of_the_force(friction: float, coat_n_per_mm: float) -> None:
     whole, quarter = (
         pressed(lattice(quarter=is_quarter, coat_n_per_mm=coat_n_per_mm), friction) for is_quarter in (False, True)

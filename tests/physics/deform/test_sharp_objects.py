@@ -38,16 +38,16 @@ def path(what: str, friction: float, *places: tuple[float, float]) -> list[Defor
     return states
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.8])
+PUNCH, BOX, CONE = "punch:radius_mm=3,edge_radius_mm=0.5", "box:size_mm=5", "cone:half_angle_deg=30,tip_radius_mm=0.25"
+QUICK = [(PUNCH, 0.8), (BOX, 0.8), (CONE, 0.0)]
+OTHERS = [(PUNCH, 0.0), (BOX, 0.0), (CONE, 0.8)]
+OTHERS += [
+    (what, f) for what in ("dots:radius_mm=0.2,spacing_mm=0.8", "lines:width_mm=0.5,spacing_mm=1") for f in (0.0, 0.8)
+]
+
+
 @pytest.mark.parametrize(
-    "what",
-    [
-        "punch:radius_mm=3,edge_radius_mm=0.5",
-        "box:size_mm=5",
-        "cone:half_angle_deg=30,tip_radius_mm=0.25",
-        pytest.param("dots:radius_mm=0.2,spacing_mm=0.8", marks=pytest.mark.slow),
-        pytest.param("lines:width_mm=0.5,spacing_mm=1", marks=pytest.mark.slow),
-    ],
+    ("what", "friction"), [*QUICK, *(pytest.param(*each, marks=pytest.mark.slow) for each in OTHERS)]
 )
 def test_pressed_and_moved_along_without_a_shorter_step(what: str, friction: float) -> None:
     states = path(what, friction, (-0.3, 0.0), (-0.6, 0.0), (-0.9, 0.0), (-0.9, 0.3))

@@ -55,7 +55,7 @@ def test_images_of_one_strip_on_and_the_other_off_add_up_to_the_image_of_both(es
         pytest.param(("rig.strips=[]",), marks=pytest.mark.slow),
         (strips(DARK, DARK),),
         (strips(DARK, DARK), "render.estimator=path"),
-        ("rig.strips=[]", "design.cell_mm=0"),
+        pytest.param(("rig.strips=[]", "design.cell_mm=0"), marks=pytest.mark.slow),
     ],
 )
 def test_sensor_without_light_gives_black_frames_and_one_warning(

@@ -35,7 +35,7 @@ CASES = {
     ),
     "absorbing body": ("design.materials.body.absorption_per_mm=0.1",),
 }  # fmt: skip
-QUICK = ("both scatter", "forward scattering", "a room with a window")
+QUICK = ("both scatter", "forward scattering")
 
 
 def means(scene, turns):

@@ -33,7 +33,7 @@ def test_region_far_from_the_border_is_the_crop_of_a_pressed_frame(small_scene):
     np.testing.assert_array_equal(part[-1].image, whole[-1].image[40:56, 32:48])
 
 
-@pytest.mark.parametrize("state", ["near", "pressed"])
+@pytest.mark.parametrize("state", ["near", pytest.param("pressed", marks=pytest.mark.slow)])
 def test_region_under_a_distorting_lens_is_the_crop_to_rounding(small_scene, state):
     lens = (
         "rig.camera.distortion=[-0.1,0.01,0.002,0.001,0]", "rig.camera.vignetting=0.3",

@@ -163,8 +163,8 @@ HOSTILE = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("name", HOSTILE)
-def test_hostile_names_of_profiles_facts_and_files_stay_text(episode, name: str):
+def test_hostile_names_of_profiles_facts_and_files_stay_text(episode):
+    name = " ".join(HOSTILE)
     thing = MeshObject(kind="mesh", path=name)
     named = replace(episode, scene=episode.scene.model_copy(update={"object": thing}))
     page = render_report(named, [make_judgement(episode, name)], {"Scene": name, "Note": name})
@@ -172,5 +172,5 @@ def test_hostile_names_of_profiles_facts_and_files_stay_text(episode, name: str)
     tags = Reader(page).tags
     assert [tag for tag, _ in tags] == [tag for tag, _ in plain.tags]
     assert not any(key.startswith("on") for _, attributes in tags for key in attributes)
-    assert "42" not in page or "{{" not in name or "{{ 7 * 6 }}" in page
+    assert "{{ 7 * 6 }}" in page
     assert not {"\u202e", "\x1b", "\x00"} & set(page)

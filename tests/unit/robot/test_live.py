@@ -14,7 +14,10 @@ from magicsim.simulation.stream import simulate
 from .conftest import BLOCK, TINY
 
 
-@pytest.mark.parametrize("settings", [[], ["rig.camera.region_px=[8,4,12,20]", "output.depth_map=true"]])
+@pytest.mark.parametrize(
+    "settings",
+    [pytest.param([], marks=pytest.mark.slow), ["rig.camera.region_px=[8,4,12,20]", "output.depth_map=true"]],
+)
 def test_frames_are_those_of_the_simulated_scene(settings: list[str]):
     tiny_scene = load_scene("pressed", [*TINY, *settings])
     episode = simulate(tiny_scene)

@@ -16,7 +16,9 @@ SMALL = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "more"), [("pressed", ()), ("near", ("object.specular=0.5",))])
+@pytest.mark.parametrize(
+    ("name", "more"), [pytest.param("pressed", (), marks=pytest.mark.slow), ("near", ("object.specular=0.5",))]
+)
 def test_one_scene_with_the_block_gives_the_frames_of_two(name, more, monkeypatch):
     def frame():
         sensor = Sensor.for_scene(load_scene(name, [*SMALL, *more]))
