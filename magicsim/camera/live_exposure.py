@@ -38,7 +38,7 @@ class Gains:
         return self.coming[-1] if self.coming else self.now
 
     def followed_by(self, chosen: Array, delay_frames: int) -> Self:
-        """Those of the next frame, when others were chosen in this one."""
+        """Gains of the next frame, when others were chosen in this one."""
         waiting = (*self.coming, chosen)
         if len(waiting) <= delay_frames:
             return type(self)(now=self.now, coming=waiting)

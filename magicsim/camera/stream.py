@@ -51,7 +51,7 @@ class CameraStream:
     """The camera of one sensor, ready to film."""
 
     camera: Camera
-    """Its settings."""
+    """Settings of the camera."""
     exposure: Exposure
     """Gains on the untouched sensor: locked, or where live exposure has settled."""
     room: FloatImage | None

@@ -41,7 +41,7 @@ def grid_areas(frame: Frame, grid: GridReference) -> GridAreas:
 
 
 def mask_areas(blurred: Frame, grid: GridReference) -> GridAreas:
-    """As `grid_areas`, for a frame that is blurred and levelled already."""
+    """Areas of the grid in a frame that is blurred and levelled already."""
     mask = grid_mask(blurred, tau_b=grid.tau_b, polarity=grid.polarity)
     shared = cv2.sumElems(cv2.bitwise_and(grid.counts, mask))
     shown = cv2.sumElems(mask)

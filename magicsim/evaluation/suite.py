@@ -34,9 +34,9 @@ class SuiteObject(Config):
     press_mm: Annotated[float, Field(gt=0, le=3)] = 1.0
     """Deepest press [mm], which paths give shares of; what keeps within the sensor's recommended 6 N."""
     x_mm: PlaceMm = 0.0
-    """Its origin along x [mm]; chosen so that the contact lies inside the face."""
+    """Origin of the object along x [mm]; chosen so that the contact lies inside the face."""
     y_mm: PlaceMm = 0.0
-    """Its origin along y [mm]."""
+    """Origin of the object along y [mm]."""
 
 
 class PathFrame(Config):

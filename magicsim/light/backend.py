@@ -19,7 +19,7 @@ import mitsuba  # noqa: E402
 dr: Any = drjit
 mi: Any = mitsuba
 BYTES = 64
-"""As long as the longest vector registers."""
+"""Length of the longest vector registers [bytes]."""
 
 
 def aligned(values: npt.NDArray[Any], kind: npt.DTypeLike) -> npt.NDArray[Any]:

@@ -127,7 +127,7 @@ class Renderer(PlainRenderer):
         return self.render(view)[0]
 
     def render(self, view: View) -> tuple[FloatImage, Origin]:
-        """As `radiance`, and by which origin it was made.
+        """Radiance of a view, and the origin of its light.
 
         Raises:
             RenderError: The image holds values that are not finite.

@@ -81,7 +81,7 @@ def activate_variant() -> str:
 
 
 def offered_variants() -> list[str]:
-    """Those of `VARIANTS` that the installed Mitsuba brings, whether they run here or not."""
+    """Members of `VARIANTS` that the installed Mitsuba brings, whether they run here or not."""
     import mitsuba as mi
 
     return [name for name in VARIANTS if name in mi.variants()]

@@ -19,7 +19,7 @@ class Shape:
     object_position_mm: Array | None
     """Origin of the object's frame in the sensor's, shape (3,) [mm]; None without an object."""
     object_rotation: Array | None
-    """Its rotation matrix, shape (3, 3)."""
+    """Rotation matrix of the object, shape (3, 3)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -29,7 +29,7 @@ class Distribution(Config):
     mean: Value | None = None
     """Centre of a normal distribution, cut off at 3 standard deviations."""
     sd: Annotated[float, Field(ge=0, le=1e12)] | None = None
-    """Its standard deviation before the cut."""
+    """Standard deviation of the normal distribution before the cut."""
     choices: Annotated[tuple[Value, ...], Field(min_length=1)] | None = None
     """Values to choose from."""
     weights: tuple[Weight, ...] | None = None

@@ -33,7 +33,7 @@ class Led(Config):
     """One LED: a small disk in the air around the block."""
 
     place_mm: Vector
-    """Its centre; the contact face is at z = 0, block and plate above it [mm]."""
+    """Centre of the disk; the contact face is at z = 0, block and plate above it [mm]."""
     direction: Vector
     """Where it shines; any length but 0."""
     radiance: Rgb

@@ -42,7 +42,7 @@ class FrameTruth:
     force_n: Vector
     """Force of the object on the sensor [N]."""
     torque_nmm: Vector
-    """Its torque about the origin [N mm]."""
+    """Torque of that force about the origin [N mm]."""
     contact_area_mm2: float
     """Deformed area of the face that touches [mm2]."""
     frame_class: FrameClass | None

@@ -307,7 +307,7 @@ class Sensor:
 
     @on_one_blas_thread
     def render(self, state: FrameState, deformation: Deformation | Displacement) -> tuple[FloatImage, Origin]:
-        """As `radiance`, and by which way it was made."""
+        """Radiance of a state, and the origin of its light."""
         view = self.view(state, deformation)
         return (self.renderer if view.facing_mm is None else self._facing_renderer()).render(view)
 

@@ -68,7 +68,7 @@ class Rendering:
     images: dict[str, FloatImage]
     """One image by the name of each light where a basis was asked for, else one under ``; (rows, columns, 3) each."""
     still: Still
-    """Its figures."""
+    """Figures of the rendering."""
 
     @property
     def image(self) -> FloatImage:

@@ -31,7 +31,7 @@ class Quality(Config):
     anchor_samples: Annotated[int, Field(ge=1, le=4096)] = 24
     """Camera samples of the untouched state, which all frames share."""
     anchor_particles: Annotated[int, Field(ge=1000, le=100_000_000)] = 200_000
-    """Its light particles."""
+    """Light particles of the untouched state."""
     renderings: Annotated[int, Field(ge=1, le=20)] = 2
     """Renderings of every frame for image measures, each with random numbers, references and thresholds of its
     own, so that the rendering's noise is in the intervals."""

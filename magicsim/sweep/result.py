@@ -56,7 +56,7 @@ class DesignResult:
     """Wall time of judging it [s]."""
 
     def to_json(self) -> bytes:
-        """As a JSON document."""
+        """The result as a JSON document."""
         return (json.dumps(finite(asdict(self)), allow_nan=False) + "\n").encode()
 
     @classmethod

@@ -136,7 +136,7 @@ class SweptField(Config):
         return round(self._interval().at(share), 6)
 
     def on_grid(self) -> tuple[float | str, ...]:
-        """Its values on a grid."""
+        """Values of the factor on a grid."""
         if self.values is not None:
             return self.values
         count = self.count or 2

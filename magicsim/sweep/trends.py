@@ -56,7 +56,7 @@ class TrendCheck(Trend):
     ends_right: int
     """Rows whose last design differs from the first the right way."""
     ends_clear: int
-    """Those of them whose ends differ by more than their intervals."""
+    """Rows of `ends_right` whose ends differ by more than their intervals."""
     ends_contrary: int
     """Rows whose ends differ by more than that the wrong way."""
     change: float

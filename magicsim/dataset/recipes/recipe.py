@@ -21,7 +21,7 @@ class RoomRecipe(Config):
     """A room, and how bright it is against the LED strips."""
 
     room: Annotated[str, Field(max_length=1000)] | None = None
-    """As `rig.room`: a preset, `dark`, or an image; even light by default."""
+    """Room as in `rig.room`: a preset, `dark`, or an image; even light by default."""
     ambient: Number = 0.1
     """Mean radiance of all channels, in the units of the strips' radiance; of no meaning in the dark."""
     weight: Weight = 1.0

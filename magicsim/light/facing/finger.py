@@ -99,11 +99,11 @@ class FacingFinger:
     mesh: SurfaceMesh
     """Object, companion and finger, in the frame that smoothing is made for."""
     finish: Finish
-    """Its surface."""
+    """Surface of the mesh."""
     object_vertices: Array
-    """Of the object in its own frame, shape (vertices, 3) [mm]; they come first in the mesh."""
+    """Vertices of the object in its own frame, shape (vertices, 3) [mm]; they come first in the mesh."""
     companion_vertices: Array
-    """Of what stands beside the object, likewise; they follow."""
+    """Vertices of the companion in its own frame, shape (vertices, 3) [mm]; they follow."""
     beside: tuple[int, int]
     """First triangle of the companion, and the first one after these: seen at the edge of the picture at most."""
 

@@ -194,7 +194,7 @@ def transforms(placed: PlacedInclusions) -> np.ndarray[Any, np.dtype[np.float64]
 
 
 class HeldScatterers:
-    """Those of one print, computed once for each state of its mesh."""
+    """Scatterers of one print, computed once for each state of its mesh."""
 
     def __init__(self, drawn: DrawnInclusions, infill_ior: float, reflectance: float) -> None:
         """Takes what was drawn."""
@@ -204,7 +204,7 @@ class HeldScatterers:
 
     @classmethod
     def of(cls, elastomer: Elastomer) -> Self | None:
-        """Those of a block, or None where its print is clean."""
+        """Scatterers of a block, or None where its print is clean."""
         drawn, infill = elastomer.inclusions, elastomer.design.materials.infill
         if drawn is None or infill is None:
             return None

@@ -121,7 +121,7 @@ def _sent(world: LitWorld, outside: Outside, light: PassingLight, particles: int
 
 
 def _bright(starts: LightStarts) -> LightStarts | None:
-    """Those of one sign that bring anything."""
+    """Starts that bring any light, or None."""
     kept = dr.compress(starts.brightest > 0)
     return starts.some(kept) if len(kept) else None
 

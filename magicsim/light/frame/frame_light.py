@@ -74,7 +74,7 @@ class Before:
 
     @cached_property
     def anchor(self) -> LightField:
-        """As well as it is known."""
+        """Light on the object and in the block as well as it is known."""
         return _own_light(self.world, self.placed(), self.rest, self.control, seed=self.seed)
 
     @cached_property

@@ -96,7 +96,7 @@ class UntouchedStore:
 
 
 def default_store() -> UntouchedStore | None:
-    """That of this user, None where it is switched off."""
+    """Store of this user, None where it is switched off."""
     chosen = os.environ.get(VARIABLE, "")
     if chosen == OFF:
         return None
@@ -188,5 +188,5 @@ class UntouchedStates:
 
 @cache
 def shared_states() -> UntouchedStates:
-    """Those of this process: episodes of one sensor render it once."""
+    """Untouched states of this process: episodes of one sensor render it once."""
     return UntouchedStates(default_store())

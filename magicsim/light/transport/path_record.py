@@ -141,13 +141,13 @@ class PathRecord:
     segments: Any
     """Number of each way that scatters, mi.UInt32."""
     elements: Any
-    """Its cell, or the number of cells plus its voxel of the body, mi.UInt32."""
+    """Cell of each segment, or the number of cells plus its voxel of the body, mi.UInt32."""
     gains: Any
     """Radiance for a unit of fluence, and the place that it is taken from [mm]; four floats."""
     escapes: Any
     """Number of each ray that meets nothing, mi.UInt32."""
     rays: Any
-    """Its origin [mm], direction, weight, and nothing; eight floats."""
+    """Origin of each escaping ray [mm], direction, weight, and nothing; eight floats."""
 
     @classmethod
     def empty(cls, capacity: int, turns: int, *, lanes: int = 0, regions: Regions | None = None) -> Self:

@@ -24,7 +24,7 @@ FACING = SEEDS_PER_RENDER - 6
 PASSING = SEEDS_PER_RENDER - 7
 """Light of what passes in the room, through the opening of the housing."""
 PASSING_ON_OBJECT = SEEDS_PER_RENDER - 8
-"""Its light around an object."""
+"""Light of what passes in the room, around an object."""
 
 
 def generators(dimensions: int) -> list[int]:

@@ -294,7 +294,7 @@ class FaceCoating:
 
     @classmethod
     def of(cls, elastomer: Elastomer, rig: Rig) -> Self | None:
-        """That of a block on a rig, or None where its face is bare."""
+        """Coating of a block on a rig, or None where its face is bare."""
         return cls(elastomer, rig) if elastomer.design.face_is_special else None
 
     def on(self, body: Any) -> Coating:

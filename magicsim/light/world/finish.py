@@ -37,7 +37,7 @@ class Finish:
 
     @classmethod
     def of(cls, thing: ObjectBase, mesh: SurfaceMesh) -> Self:
-        """That of a configured object.
+        """Finish of a configured object.
 
         Args:
             thing: The object.

@@ -66,7 +66,7 @@ class Media:
     skin_roughness: float = 0.0
     """Slope that half of the facets of the block's outer faces exceed, see `flaws.facets`."""
     wall_roughness: float = 0.0
-    """That of the walls of cells."""
+    """Slope that half of the facets of the cells' walls exceed."""
 
     @classmethod
     def of(cls, design: ElastomerDesign) -> Self:

@@ -35,9 +35,9 @@ class Outside:
         self.rig = rig
         self.scene: Any = mi.load_dict(scene, optimize=False)
         self.object: Any = shape_named(self.scene, OBJECT)
-        """Its shape, or None."""
+        """Shape of the object, or None."""
         self.flashlight: Any = shape_named(self.scene, FLASHLIGHT)
-        """Its shape, or None."""
+        """Shape of the flashlight, or None."""
         self.joined = load(content) if VARIANT == CUDA_VARIANT and object_mesh is not None else None
         """The block with all of this before it; None where passes trace two scenes, or there is no object."""
         self._parameters = mi.traverse(self.scene)

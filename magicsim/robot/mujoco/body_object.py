@@ -20,7 +20,7 @@ class BodyObject(ObjectBase):
     """A solid in any orientation."""
 
     solid: Any
-    """Its shape."""
+    """Shape of the body."""
 
     def shape(self) -> Shape:
         """The solid as it is, without a side of entry: that depends on its orientation."""

@@ -65,7 +65,7 @@ class PosedState(FrameState):
     position_mm: tuple[float, ...]
     """Object's origin in the sensor's frame, three numbers [mm]."""
     rotation: tuple[float, ...]
-    """Its rotation matrix by rows, nine numbers."""
+    """Rotation matrix of the object by rows, nine numbers."""
 
     @property
     def pose(self) -> Pose:

@@ -145,7 +145,7 @@ def field_label(name: str) -> str:
 
 
 def field_unit(name: str) -> str:
-    """Its unit, empty where it has none."""
+    """Unit of a field, empty where it has none."""
     return UNITS.get(_end(name), "")
 
 

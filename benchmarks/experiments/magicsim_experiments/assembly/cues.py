@@ -40,7 +40,7 @@ class Cues:
     force_n: tuple[float, ...]
     """Label: force of the base on the plug in the gripper's frame; of the last balance where it is lost [N]."""
     force_size_n: float
-    """Its size [N]."""
+    """Size of that force [N]."""
     torque_nmm: tuple[float, ...]
     """Label: its torque about the plug's origin [N mm]."""
     normal_n: float

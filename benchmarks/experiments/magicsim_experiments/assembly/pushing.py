@@ -118,7 +118,7 @@ class Pusher:
     def walk_in_samples(
         self, first_mm: float, ways_mm: Sequence[float], push_n: float, *, samples: int
     ) -> list[Reached]:
-        """As `walk`; where that makes fewer equilibria than samples, the way is gone again in as many.
+        """Walks like `walk`; where that makes fewer equilibria than samples, the way is gone again in as many.
 
         Args:
             first_mm: Where the base is before it pushes harder than it does now [mm].

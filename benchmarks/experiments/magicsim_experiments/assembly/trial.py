@@ -123,7 +123,7 @@ class Gripped:
     setup: Setup
     moment: GripMoment
     load: MetLoad
-    """Its weight, no base yet."""
+    """Weight of the plug, no base yet."""
     references: tuple[list[Frame], list[Frame]]
     """Frames of the upper and of the lower finger with nothing between them."""
     closing: tuple[GripMoment, ...] = ()

@@ -69,7 +69,7 @@ class Trained:
     model: bytes | None
     """The model's file, when it has."""
     answers: Array | None
-    """Its answers on the test frames, shape (test frames, labels)."""
+    """Answers of the model on the test frames, shape (test frames, labels)."""
     log: tuple[LogRow, ...]
     """One row a pass so far: `epoch`, `train_loss`, `validation_loss`, `learning_rate`."""
 

@@ -151,7 +151,7 @@ class StudySummary:
     """What `magicsim study` reports."""
 
     study: str
-    """Its kind."""
+    """Kind of the study."""
     headline: dict[str, Any]
     """Few numbers that sum it up."""
     seconds: float

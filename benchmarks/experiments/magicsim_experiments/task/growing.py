@@ -104,7 +104,7 @@ class Played:
     """What an episode leaves."""
 
     values: Mapping[str, Any]
-    """Its file's content, as JSON."""
+    """Content of the episode's file, as JSON."""
     pictures: Mapping[str, bytes] = field(default_factory=dict)
     """Further files by their names below the folder."""
 

@@ -102,7 +102,7 @@ class GraspConfig(Config):
     carriage_mm_s: Speed = 150.0
     """Speed of the carriage [mm/s]."""
     carriage_mm_s2: Annotated[float, Field(gt=0, le=20000)] = 1000.0
-    """Its acceleration [mm/s2], which the held item feels."""
+    """Acceleration of the carriage [mm/s2], which the held item feels."""
     hand_mm_s: Annotated[tuple[Speed, Speed], AfterValidator(in_order)] = (60.0, 250.0)
     """Slowest and fastest approach of the hand [mm/s]."""
     near_mm: Annotated[tuple[PositiveMm, PositiveMm], AfterValidator(in_order)] = (1.0, 4.0)

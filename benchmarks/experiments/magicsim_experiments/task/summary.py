@@ -161,7 +161,7 @@ class TaskSummary:
     out: str
 
     def as_dict(self) -> dict[str, Any]:
-        """As JSON has it."""
+        """The summary as JSON has it."""
         from dataclasses import asdict
 
         return asdict(self)

@@ -57,7 +57,7 @@ class LightModesConfig(StudyConfig):
     room: str = "office"
     """Room of the touches under room light, see `Rig.room`."""
     ambient: tuple[Radiance, Radiance, Radiance] = (0.1, 0.1, 0.1)
-    """Its mean radiance."""
+    """Mean radiance of the room."""
     object: ObjectConfig
     """What touches."""
     depths_mm: tuple[Annotated[float, Field(gt=0, le=25)], Annotated[float, Field(gt=0, le=25)]] = (0.3, 1.2)

@@ -132,7 +132,7 @@ class AlignmentFrame:
     upper_deg: float
     """Angle in the grip as the upper finger's frame was read [degrees]."""
     lower_deg: float
-    """As the lower finger's was, in the gripper's frame [degrees]."""
+    """Angle as the lower finger's frame was read, in the gripper's frame [degrees]."""
     read_deg: float
     """Mean of both [degrees]."""
     hold: str

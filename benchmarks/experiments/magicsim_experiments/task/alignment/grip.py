@@ -41,7 +41,7 @@ class AlignmentConfig(Config):
     )  # fmt: skip
     """Item presets or files, taken in turn. Diameters and colours of the rods are published."""
     unseen: tuple[str, ...] = ("pen",)
-    """Those of which the model has learned nothing; they are counted apart."""
+    """Items of which the model has learned nothing; they are counted apart."""
     quality: Literal["full", "control"] = "full"
     """How finely is solved and rendered, see `magicsim.robot.quality`."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0

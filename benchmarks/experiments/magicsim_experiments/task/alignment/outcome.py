@@ -91,7 +91,7 @@ class AlignmentSummary:
     """Why they ended early, and how many of them."""
 
     def as_dict(self) -> dict[str, Any]:
-        """As JSON has it."""
+        """The summary as JSON has it."""
         return asdict(self)
 
 
