@@ -17,8 +17,8 @@ import pyarrow.parquet as pq
 import torch
 from torch.utils.data import DataLoader
 
-from magicsim.dataset.features import Column, image, value, vector
 from magicsim.dataset.frames import FrameTable
+from magicsim.dataset.shard import Column, image, value, vector
 from magicsim.dataset.torch import TouchDataset
 
 COLUMNS: tuple[Column, ...] = (

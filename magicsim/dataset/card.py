@@ -8,10 +8,10 @@ nobody knows has None, and so has the total.
 
 import json
 
-from magicsim.dataset.features import Column
 from magicsim.dataset.layout import Layout
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.recipe import Recipe
+from magicsim.dataset.shard import Column
 
 Share = tuple[float, float]
 """Least and largest relative difference from the label."""

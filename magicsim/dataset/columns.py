@@ -4,9 +4,9 @@ from dataclasses import replace
 from typing import get_args
 
 from magicsim.dataset.card import as_metadata
-from magicsim.dataset.features import Column, array, image, value, vector
 from magicsim.dataset.recipes.draw import drawn_names
 from magicsim.dataset.recipes.recipe import Recipe
+from magicsim.dataset.shard import Column, array, image, value, vector
 from magicsim.scenes.scene import TaxelSettings
 from magicsim.scenes.timeline import ImageOrigin, LightOrigin
 

@@ -18,9 +18,8 @@ import pyarrow as pa
 
 from magicsim.arrays import AnyArray, Index, Mask
 from magicsim.dataset.export.source import BYTES, MATRIX, Source, open_dataset
-from magicsim.dataset.features import Column
 from magicsim.dataset.manifest import check_size
-from magicsim.dataset.shard import decoded_png
+from magicsim.dataset.shard import Column, decoded_png
 from magicsim.errors import ConfigError, OutputError, unknown_choice
 from magicsim.folder import result_file
 

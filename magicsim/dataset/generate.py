@@ -13,12 +13,12 @@ from magicsim.camera.codecs import check_codec
 from magicsim.dataset.assembly import Assembly
 from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of
-from magicsim.dataset.features import Column, schema_of_columns
 from magicsim.dataset.manifest import CALIBRATION, CARD, CONFIG, FOLDER, SENSORS, Manifest
 from magicsim.dataset.recipes.draw import Drawn, DrawnEpisode, draw_episodes, draw_sensors, sensor_of
 from magicsim.dataset.recipes.estimate import Cost, estimate
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.rows import SampleTask, nominal_calibration, sensors_table, simulate_sample
+from magicsim.dataset.shard import Column, schema_of_columns
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.lock import sole_writer

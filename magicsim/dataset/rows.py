@@ -13,10 +13,9 @@ import pyarrow as pa
 
 from magicsim.camera.calibration import Calibration, calibrate_camera
 from magicsim.dataset.columns import DRAWN
-from magicsim.dataset.features import Column, array, schema_of_columns, value
 from magicsim.dataset.recipes.draw import DrawnEpisode, DrawnSensor
 from magicsim.dataset.recipes.recipe import Recipe
-from magicsim.dataset.shard import ROWS_A_GROUP, rows_as_bytes, write_rows
+from magicsim.dataset.shard import ROWS_A_GROUP, Column, array, rows_as_bytes, schema_of_columns, value, write_rows
 from magicsim.deform.lattice.structure import box_lattice
 from magicsim.geometry.grid import lattice_planes, resolve_grid
 from magicsim.geometry.indenter import place_object

@@ -13,7 +13,7 @@ from typing import Any
 from magicsim.camera.camera import Camera
 from magicsim.config.models import Config, validate
 from magicsim.dataset.recipes.draw import draw_episodes
-from magicsim.dataset.recipes.path_recipe import ClearPath
+from magicsim.dataset.recipes.entries import ClearPath
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign

@@ -12,8 +12,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from magicsim.dataset.export.source import BYTES, MATRIX, VECTOR, Source, numbers
-from magicsim.dataset.features import Column
 from magicsim.dataset.manifest import SENSORS
+from magicsim.dataset.shard import Column
 
 COMPRESSION = 4
 """Level of gzip in HDF5, 0..9."""

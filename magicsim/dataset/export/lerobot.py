@@ -18,7 +18,7 @@ import pyarrow.parquet as pq
 
 from magicsim.arrays import AnyArray
 from magicsim.dataset.export.source import Source
-from magicsim.dataset.features import Column, image, schema_of_columns
+from magicsim.dataset.shard import Column, image, schema_of_columns
 
 IMAGE, STATE = "observation.images.tactile", "observation.state"
 STATE_NAMES = (

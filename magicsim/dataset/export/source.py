@@ -11,7 +11,6 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from magicsim.dataset.columns import columns_of, recorded_columns
-from magicsim.dataset.features import Column, schema_of_columns
 from magicsim.dataset.manifest import (
     CONFIG,
     MANIFEST,
@@ -23,7 +22,7 @@ from magicsim.dataset.manifest import (
     read_recorded,
 )
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
-from magicsim.dataset.shard import decoded_png, read_shard
+from magicsim.dataset.shard import Column, decoded_png, read_shard, schema_of_columns
 from magicsim.errors import OutputError
 
 BYTES, MATRIX, VECTOR = "Image", "Array2D", "Sequence"

@@ -15,13 +15,12 @@ import pyarrow as pa
 import tomli_w
 
 from magicsim.dataset.columns import recorded_columns
-from magicsim.dataset.features import Column, schema_of_columns
 from magicsim.dataset.manifest import CARD, FOLDER, RECORDED, Manifest, Recorded, ShardEntry
 from magicsim.dataset.real.description import Description, RealSource, TruthRules
 from magicsim.dataset.real.inspection import Inspection, inspect_real
 from magicsim.dataset.real.labels import truth_of
 from magicsim.dataset.real.sequence import RealFrame, RecordedSequence, check_size, sequences_of
-from magicsim.dataset.shard import ROWS_A_GROUP, read_rows, write_rows
+from magicsim.dataset.shard import ROWS_A_GROUP, Column, read_rows, schema_of_columns, write_rows
 from magicsim.detectors.frame import Frame
 from magicsim.errors import FrameError, OutputError
 from magicsim.folder.ledger import RESUMABLE, Ledger

@@ -12,7 +12,7 @@ import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.config.models import validate
-from magicsim.dataset.recipes.path_recipe import ClearPath, FlashlightPath, TouchPath, draw_path
+from magicsim.dataset.recipes.entries import ClearPath, FlashlightPath, TouchPath, draw_path
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.sampling.distribution import Distribution, Number, choose

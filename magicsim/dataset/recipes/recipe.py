@@ -8,8 +8,7 @@ from pydantic import Field, model_validator
 
 from magicsim.config.models import Config, load_preset
 from magicsim.config.named_files import config_digest
-from magicsim.dataset.recipes.object_recipe import Draw, ObjectRecipe, Weight
-from magicsim.dataset.recipes.path_recipe import ClearPath, FlashlightPath, PathRecipe
+from magicsim.dataset.recipes.entries import ClearPath, Draw, FlashlightPath, ObjectRecipe, PathRecipe, Weight
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.sampling.distribution import Number, check_weights
 from magicsim.sampling.points import Sampling

@@ -14,11 +14,10 @@ import numpy as np
 import pyarrow as pa
 from PIL import Image
 
-from magicsim.dataset.features import schema_of_columns
 from magicsim.dataset.generate import Simulator, generate_dataset
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
 from magicsim.dataset.rows import SampleTask
-from magicsim.dataset.shard import rows_as_bytes
+from magicsim.dataset.shard import rows_as_bytes, schema_of_columns
 from magicsim.errors import ConvergenceError
 from magicsim.workers.options import WorkerOptions
 

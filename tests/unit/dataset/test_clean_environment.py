@@ -11,8 +11,8 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
-from magicsim.dataset.features import ARRAY_2D
 from magicsim.dataset.manifest import read_manifest
+from magicsim.dataset.shard import ARRAY_2D
 
 pytestmark = pytest.mark.slow
 READ = """

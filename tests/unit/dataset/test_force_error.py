@@ -8,8 +8,8 @@ import pytest
 
 from magicsim.dataset.card import dataset_card, force_error
 from magicsim.dataset.columns import columns_of
-from magicsim.dataset.features import schema_of_columns
 from magicsim.dataset.recipes.recipe import load_recipe
+from magicsim.dataset.shard import schema_of_columns
 
 ROUND = Path(__file__).with_name("small.toml")
 

@@ -6,10 +6,9 @@ import cv2
 import numpy as np
 import pyarrow as pa
 
-from magicsim.dataset.features import schema_of_columns
 from magicsim.dataset.generate import Simulator
 from magicsim.dataset.rows import SampleTask
-from magicsim.dataset.shard import rows_as_bytes
+from magicsim.dataset.shard import rows_as_bytes, schema_of_columns
 from magicsim.scenes.timeline import UNTOUCHED, timeline
 
 EMPTY = {"string": "", "bool": False, "int32": 0, "int64": 0}

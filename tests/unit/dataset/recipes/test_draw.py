@@ -12,7 +12,7 @@ from magicsim.config.presets import find_preset
 from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.recipes.draw import draw_episodes, draw_sensors, drawn_names, episode_seed
-from magicsim.dataset.recipes.object_recipe import ObjectRecipe
+from magicsim.dataset.recipes.entries import ObjectRecipe
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects.kinds import OBJECT_KINDS

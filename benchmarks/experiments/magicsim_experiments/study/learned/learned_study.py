@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from magicsim.dataset.recipes.path_recipe import PathRecipe
+from magicsim.dataset.recipes.entries import PathRecipe
 from magicsim_experiments.learn.fitting import ANSWERS, Read
 from magicsim_experiments.learn.samples import Label
 from magicsim_experiments.learn.settings import PACKAGES

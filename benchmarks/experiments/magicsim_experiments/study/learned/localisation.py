@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.dataset.recipes.path_recipe import PathRecipe, TouchPath
+from magicsim.dataset.recipes.entries import PathRecipe, TouchPath
 from magicsim.errors import ConfigError
 from magicsim_experiments.learn.baselines import change_features
 from magicsim_experiments.learn.samples import Chosen, EpisodeRows, Label, Samples, read_samples

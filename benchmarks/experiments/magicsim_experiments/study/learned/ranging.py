@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.dataset.recipes.path_recipe import ClearPath, HoverPath, PathRecipe
+from magicsim.dataset.recipes.entries import ClearPath, HoverPath, PathRecipe
 from magicsim.errors import ConfigError
 from magicsim_experiments.learn.baselines import change_features, mean_score
 from magicsim_experiments.learn.samples import Chosen, EpisodeRows, Label, Samples, read_samples
