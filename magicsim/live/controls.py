@@ -66,14 +66,7 @@ class Controls:
     """Everything in the panel that asks for something."""
 
     def __init__(self, server: viser.ViserServer, space: Workspace, wish: Wish, asked: Asked) -> None:
-        """Adds the controls to the panel.
-
-        Args:
-            server: The window's.
-            space: Ends of the object's sliders.
-            wish: What they show first.
-            asked: Told what the user asks for.
-        """
+        """Adds the controls to the panel."""
         self._gui, self._space, self._asked, self._wish = server.gui, space, asked, wish
         self._sliders: dict[str, Any] = {}
         with self._gui.add_folder("Object"):
@@ -111,12 +104,7 @@ class Controls:
         self.ask(replace(self._wish, has_object=True).pushed(self._space, **_ways(self._wish, place)))
 
     def follow(self, wish: Wish, *, is_last: bool) -> None:
-        """Shows what was done; while newer wishes wait, only what was refused would be news.
-
-        Args:
-            wish: Where everything is.
-            is_last: Whether nothing newer is asked for.
-        """
+        """Shows what was done; while newer wishes wait, only what was refused would be news."""
         if not is_last:
             return
         self._wish = wish

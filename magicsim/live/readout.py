@@ -31,11 +31,7 @@ def frame_picture(image: Frame) -> str:
 
 
 def verdict_table(verdicts: dict[str, Verdict | str]) -> str:
-    """Table of E, C, S and the verdicts, one column a profile.
-
-    Args:
-        verdicts: Of each profile, or why it gives none.
-    """
+    """Table of E, C, S and the verdicts, one column a profile."""
     if not verdicts:
         return "<p style='margin:4px 0'>No frame yet.</p>"
     head = "".join(f"<th scope='col' style='{CELL}'>{escape(name)}</th>" for name in verdicts)
@@ -70,12 +66,7 @@ def force_lines(sight: Sight) -> str:
 
 
 def state_line(busy: tuple[str, float] | None, refusal: str | None) -> str:
-    """What is going on, and why the last wish was refused.
-
-    Args:
-        busy: What is being done and for how long [s].
-        refusal: Why not.
-    """
+    """What is going on, and why the last wish was refused."""
     doing = "ready" if busy is None else f"{busy[0]}, {busy[1]:.0f} s"
     why = f"<br><span role='alert' class='refusal' style='color:#b3261e'>{escape(refusal)}</span>" if refusal else ""
     return f"<p class='state' role='status' style='margin:4px 8px'>{escape(doing)}{why}</p>"

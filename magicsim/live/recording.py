@@ -23,14 +23,7 @@ class Recording:
     """The frames of one recording, in order; lights, exposure and design stay as they are meanwhile."""
 
     def __init__(self, scene: SceneConfig, references: Sequence[SimulatedFrame], printed: Lattice, begun: Wish) -> None:
-        """Empty.
-
-        Args:
-            scene: As the sensor was built with it.
-            references: Frames of the untouched sensor.
-            printed: All planes of the design's lattice.
-            begun: How the sensor is set.
-        """
+        """Empty."""
         self.scene, self.references, self.printed, self.begun = scene, tuple(references), printed, begun
         self._frames: list[SimulatedFrame] = []
 
@@ -68,10 +61,6 @@ class Recording:
 
     def write(self, folder: Path, *, estimator: str) -> None:
         """Writes the episode as `magicsim simulate` does.
-
-        Args:
-            folder: A name that nobody has.
-            estimator: Which one rendered.
 
         Raises:
             ConfigError: No frame was taken.

@@ -21,12 +21,7 @@ NAMES = (HOST, "localhost")
 
 
 def refusal(headers: Mapping[str, str], port: int) -> str | None:
-    """Why a request is refused; None where it is answered.
-
-    Args:
-        headers: Of the request, names in any case.
-        port: That the server listens on.
-    """
+    """Why a request is refused; None where it is answered."""
     told = {name.lower(): value for name, value in headers.items()}
     hosts = {f"{name}:{port}" for name in NAMES}
     if told.get("host") not in hosts:
@@ -42,9 +37,6 @@ def page_headers(port: int) -> dict[str, str]:
     """Headers of every page and script: nothing is fetched from elsewhere, and no other page may frame this one.
 
     viser's own script compiles a part of itself from text (a WebAssembly binding), so `unsafe-eval` has to stay.
-
-    Args:
-        port: That the server listens on.
     """
     sockets = " ".join(f"ws://{name}:{port}" for name in NAMES)
     policy = (
@@ -86,12 +78,7 @@ SHUT = (
 
 
 def open_server(port: int, title: str) -> viser.ViserServer:
-    """A server on 127.0.0.1.
-
-    Args:
-        port: Where to listen; the next free one where it is taken.
-        title: Of the control panel.
-    """
+    """A server on 127.0.0.1."""
     with _guarded(), contextlib.redirect_stdout(sys.stderr), _quiet():
         server = viser.ViserServer(host=HOST, port=port, label=title, verbose=False)
     _shut(server._websock_server)

@@ -29,14 +29,7 @@ class Session:
     """The sensor of the window; used by one thread alone."""
 
     def __init__(self, scene: SceneConfig, *, quality: Quality, workspace: Workspace, told: Told) -> None:
-        """Builds nothing yet.
-
-        Args:
-            scene: Design, rig, object and contact.
-            quality: Of solve and picture.
-            workspace: Where the object may go.
-            told: Hears what takes long.
-        """
+        """Builds nothing yet."""
         self.scene, self.quality, self.workspace = scene, quality, workspace
         self._told = told
         self._live: LiveSensor | None = None
@@ -67,9 +60,6 @@ class Session:
 
     def go(self, wish: Wish) -> Sight:
         """Carries a wish out as far as the lattice; what is refused leaves object and design as they were.
-
-        Args:
-            wish: What is asked for.
 
         Returns:
             The lattice with no frame yet, see `look`.

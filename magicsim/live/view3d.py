@@ -22,10 +22,8 @@ FULL_MM = 0.5
 def lattice_edges(lattice: Lattice) -> Index:
     """Pairs of neighbouring nodes, each once.
 
-    Edges along the sensor's axis are left out inside the block, where they would hide the layers.
-
-    Args:
-        lattice: As it is solved, its nodes numbered x fastest and z slowest.
+    Nodes are numbered x fastest and z slowest. Edges along the sensor's axis are left out inside the block, where they
+    would hide the layers.
 
     Returns:
         Shape (edges, 2).
@@ -61,13 +59,7 @@ class View3D:
     """What viser's scene shows; handles of an earlier block are replaced."""
 
     def __init__(self, server: viser.ViserServer, space: Workspace, dragged: Dragged) -> None:
-        """An empty scene, looked at from below the contact face.
-
-        Args:
-            server: The window's.
-            space: Where the object may go.
-            dragged: Told when the handle moves.
-        """
+        """An empty scene, looked at from below the contact face."""
         self._server, self._dragged = server, dragged
         server.scene.set_up_direction("+z")
         server.initial_camera.position = (21.0, -33.0, -18.0)
@@ -88,13 +80,7 @@ class View3D:
         self._handle.on_update(lambda event: self._moved(event.client_id, str(event.phase)))
 
     def show_block(self, lattice: Lattice, thing: SurfaceMesh | None, color: tuple[float, float, float]) -> None:
-        """Puts another block and object in place.
-
-        Args:
-            lattice: As it is solved.
-            thing: The object in its own frame.
-            color: Its reflectance in linear RGB, 0..1.
-        """
+        """Puts another block and object in place."""
         self._edges = lattice_edges(lattice)
         points = lattice.nodes_mm[self._edges].astype(np.float32)
         colors = segment_colors(np.zeros(len(lattice.nodes_mm)), self._edges)

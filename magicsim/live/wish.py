@@ -35,13 +35,7 @@ class Wish:
 
     @classmethod
     def of(cls, design: ElastomerDesign, *, exposure_grey: float, has_object: bool) -> Self:
-        """What a window shows first.
-
-        Args:
-            design: The block.
-            exposure_grey: The camera's own aim.
-            has_object: Whether the scene has one.
-        """
+        """What a window shows first."""
         return cls(exposure_grey=exposure_grey, has_object=has_object, design=design_values(design))
 
     def pushed(self, space: Workspace, **by: float) -> Self:

@@ -32,11 +32,7 @@ class Mailbox(Generic[T]):
             self._changed.notify()
 
     def take(self, timeout_s: float | None = None) -> T | None:
-        """The newest request, waiting for one; None when the box is closed, or nothing came in time.
-
-        Args:
-            timeout_s: Longest wait [s]; without end by default.
-        """
+        """The newest request, waiting for one; None when the box is closed, or nothing came in time."""
         with self._changed:
             self._changed.wait_for(lambda: self._newest is not None or self._is_closed, timeout_s)
             if self._is_closed:
@@ -77,13 +73,7 @@ class Worker:
     """
 
     def __init__(self, session: Session, show: Callable[[Sight], None], failed: Callable[[str], None]) -> None:
-        """Does nothing before `start`.
-
-        Args:
-            session: Used by the worker's thread alone from now on.
-            show: Takes what is to be shown, on the worker's thread.
-            failed: Takes a line when there is no sensor to go on with.
-        """
+        """Does nothing before `start`."""
         self._session, self._show, self._failed = session, show, failed
         self._wishes: Mailbox[Wish] = Mailbox()
         self._thread = threading.Thread(target=self._work, name="magicsim-live", daemon=True)

@@ -25,12 +25,7 @@ class Darkroom:
     """Renders what a sensor sees, in any order of moments."""
 
     def __init__(self, sensor: Sensor, output: OutputSettings) -> None:
-        """For one sensor, whose renderer loads with the first frame.
-
-        Args:
-            sensor: Solves and renders.
-            output: What a frame holds beside its image.
-        """
+        """For one sensor, whose renderer loads with the first frame."""
         self.sensor = sensor
         self._output = output
         self._shot: Shot | None = None

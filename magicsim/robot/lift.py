@@ -135,10 +135,6 @@ class Lift:
     def step(self, *, closing_mm: float, rising_mm: float) -> LiftState:
         """Moves both fingers and finds where the object is afterwards.
 
-        Args:
-            closing_mm: Way of each finger towards the object [mm].
-            rising_mm: Way of both fingers upwards [mm].
-
         Raises:
             ConfigError: The fingers would leave the workspace, or the load presses the object deeper than it goes;
                 nothing has changed.

@@ -21,11 +21,7 @@ class Picture:
     """One picture that changes."""
 
     def __init__(self, title: str) -> None:
-        """Opens a window, or says on stderr where the page is.
-
-        Args:
-            title: Of the window.
-        """
+        """Opens a window, or says on stderr where the page is."""
         self._title = title
         self._root, self._label, self._photo = _tk_window(title)
         self._page = None if self._root is not None else _Page(title)

@@ -19,24 +19,13 @@ BEYOND = 1.3
 
 
 def contacts_mm(pair: Pair, place: ObjectPlace, width_mm: float) -> tuple[float, float]:
-    """Heights of the object at which it just touches the lower and the upper finger [mm]; no room where not in order.
-
-    Args:
-        pair: The fingers.
-        place: The object's; its height does not matter.
-        width_mm: Distance between the contact faces [mm].
-    """
+    """Heights of the object at which it just touches the lower and the upper finger [mm]; none where not in order."""
     up, down = half_extents_mm(pair.target, place)
     return down - width_mm / 2, width_mm / 2 - up
 
 
 def float_between(pair: Pair, place: ObjectPlace, width_mm: float) -> ObjectPlace:
     """Where the object comes to rest; the fingers are left there.
-
-    Args:
-        pair: The fingers.
-        place: Where the object comes from.
-        width_mm: Distance between the contact faces [mm].
 
     Raises:
         ConfigError: The object would leave a finger's workspace.

@@ -151,10 +151,6 @@ class Linkage:
     def check_room(self, kind: str, thick_mm: float) -> None:
         """Refuses an object that open fingers have no room for.
 
-        Args:
-            kind: What it is.
-            thick_mm: Its size along the closing axis [mm].
-
         Raises:
             ConfigError: Says how far the fingers open.
         """
@@ -167,13 +163,7 @@ class Linkage:
             raise ConfigError(msg)
 
     def turned_deg(self, angle_deg: float, target_deg: float, *, dt_s: float) -> float:
-        """The angle after some time on the way to another, at no more than the largest speed [degrees].
-
-        Args:
-            angle_deg: Now.
-            target_deg: Where to; beyond the range its end counts.
-            dt_s: Time [s].
-        """
+        """The angle after some time on the way to another, at no more than the largest speed [degrees]."""
         target = min(max(target_deg, self.least_deg), self.most_deg)
         most = self.speed_deg_s * dt_s
         return angle_deg + min(max(target - angle_deg, -most), most)

@@ -76,29 +76,16 @@ class Load:
 
     @classmethod
     def of_mass(cls, mass_g: float, **other: Vector) -> Self:
-        """The load of a mass under standard gravity.
-
-        Args:
-            mass_g: Mass [g].
-            other: Further fields.
-        """
+        """The load of a mass under standard gravity."""
         return cls(weight_n=mass_g * STANDARD_GRAVITY_M_S2 / 1000, **other)
 
     def wrench(self, pose: Pose) -> Array:
-        """Force [N] and torque about the object's origin [N mm] in the gripper's frame, shape (6,).
-
-        Args:
-            pose: The object's, in the gripper's frame.
-        """
+        """Force [N] and torque about the object's origin [N mm] in the gripper's frame, shape (6,)."""
         down = np.array(self.down) / np.linalg.norm(self.down)
         weight = self.weight_n * down
         torque = np.cross(pose.rotation @ np.array(self.centre_mm), weight) + np.array(self.torque_nmm)
         return np.concatenate([weight + np.array(self.force_n), torque])
 
     def stiffness(self, pose: Pose) -> Array:
-        """How that wrench falls with the object's motion, shape (6, 6) [N/mm, N, N mm]; this one's hardly does.
-
-        Args:
-            pose: The object's, in the gripper's frame.
-        """
+        """How that wrench falls with the object's motion, shape (6, 6) [N/mm, N, N mm]; this one's hardly does."""
         return np.zeros((6, 6))

@@ -65,14 +65,7 @@ class Pair:
     """The two sensors and the object, in the gripper's frame."""
 
     def __init__(self, upper: LiveSensor, lower: LiveSensor, target: AnyObject, *, sees_other: bool) -> None:
-        """Takes both.
-
-        Args:
-            upper: The finger at +z.
-            lower: The finger at -z.
-            target: The object in the gripper's frame.
-            sees_other: Whether each is in the other's picture.
-        """
+        """Takes both."""
         self.upper, self.lower, self.target = upper, lower, target
         self._sees_other = sees_other
 
@@ -83,10 +76,6 @@ class Pair:
 
     def put(self, place: ObjectPlace, width_mm: float) -> None:
         """Brings the faces to a distance and the object to a place.
-
-        Args:
-            place: The object's.
-            width_mm: Distance between the contact faces at rest [mm].
 
         Raises:
             ConfigError: The object would leave a finger's workspace.

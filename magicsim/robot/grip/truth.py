@@ -81,14 +81,7 @@ class GripMoment:
 
 
 def grip_truth(state: GripState, upper: FrameTruth, lower: FrameTruth, *, angle_deg: float) -> GripTruth:
-    """Truth of fingers and object from that of each finger.
-
-    Args:
-        state: Where fingers and object are.
-        upper: The upper finger's truth.
-        lower: The lower finger's.
-        angle_deg: Angle of the cranks [degrees].
-    """
+    """Truth of fingers and object from that of each finger."""
     force, torque = np.zeros(3), np.zeros(3)
     origin = np.array([state.place.x_mm, state.place.y_mm, state.place.z_mm])
     for side, truth in zip(SIDES, (upper, lower), strict=True):

@@ -30,12 +30,6 @@ AXES = 3
 def facing_distance_mm(data: MjData, own: int, other: int, names: tuple[str, str]) -> float:
     """Distance of the contact faces of two sensors that look at each other [mm].
 
-    Args:
-        data: With positions of all sites.
-        own: Site of the one.
-        other: Site of the other.
-        names: Of both.
-
     Raises:
         ConfigError: They do not face each other.
     """
@@ -74,12 +68,7 @@ class PosedState(FrameState):
 
 
 def posed_state(thing: BodyObject, pose: Pose) -> FrameState:
-    """The state of a frame with the object in a pose; without one where it is behind the face or too far away.
-
-    Args:
-        thing: The object.
-        pose: Of the object in the sensor's frame.
-    """
+    """The state of a frame with the object in a pose; without one where it is behind the face or too far away."""
     solid, up = thing.shape(), pose.rotation[2]
     x, y, z = pose.position_mm.tolist()
     gap = -(z + solid.support_mm(up))

@@ -60,13 +60,7 @@ class Response:
 
     @classmethod
     def of(cls, pose: Pose, deformation: Deformation, tangent: Array) -> "Response":
-        """From a deformation.
-
-        Args:
-            pose: Of the object.
-            deformation: Its equilibrium.
-            tangent: Shape (6, 6).
-        """
+        """From a deformation."""
         pressure = deformation.contact_pressure_mpa
         total = float(pressure.sum())
         centre = pressure @ deformation.contact_points_mm / total if total > 0 else np.zeros(3)
