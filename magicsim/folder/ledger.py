@@ -77,34 +77,19 @@ class Ledger:
         return self.is_intact(name)
 
     def refuse_foreign(self, *, beside: Collection[str] = ()) -> None:
-        """Refuses the folder where it holds a file that magicsim did not write, or that has changed.
-
-        Args:
-            beside: Names below the folder of what other lists than this one answer for.
-
-        Raises:
-            OutputError: It names what is foreign.
-        """
+        """Refuses (`OutputError`) what magicsim did not write or has changed; another list answers for `beside`."""
         others = {f"{WORK}/{JOURNAL}", *beside}
         names = [name for name in files_below(self.out) if name not in others and not is_lock(name)]
         refuse_foreign(self.out, [name for name in names if not self.is_own(name)])
 
     def place(self, name: str, content: bytes) -> None:
-        """Gives a file its content under its final name, whole or not at all.
-
-        Raises:
-            OutputError: Somebody else's file has the name.
-        """
+        """Gives a file its content under its final name, whole or not at all; refuses to replace somebody else's."""
         with self.writing(name) as partial:
             partial.write_bytes(content)
 
     @contextmanager
     def writing(self, name: str) -> Iterator[Path]:
-        """A path to write a file at, which gets its name when the block ends without an error.
-
-        Raises:
-            OutputError: Somebody else's file has the name.
-        """
+        """A path to write a file at, which gets its name when the block ends without an error; see `place`."""
         if not self.is_own(name):
             refuse_foreign(self.out, [name])
         self._begin()
@@ -123,11 +108,7 @@ class Ledger:
         _sync(path.parent)
 
     def remove(self, name: str) -> None:
-        """Removes a file that magicsim wrote; one that is not there is no error.
-
-        Raises:
-            OutputError: It has changed since.
-        """
+        """Removes a file that magicsim wrote and that has not changed; one that is not there is no error."""
         if not self.is_own(name):
             refuse_foreign(self.out, [name])
         (self.out / name).unlink(missing_ok=True)

@@ -66,11 +66,7 @@ def foreign_in(folder: Path, listing: Mapping[str, Listed]) -> Iterator[str]:
 
 
 def remove_listed(folder: Path) -> list[str]:
-    """Removes what the list of a folder shows to be magicsim's, the list, and the folder where it is empty then.
-
-    Returns:
-        Names below the folder of what is left.
-    """
+    """Removes what a folder's list shows to be magicsim's, the list, and empty folders; returns what is left."""
     listing = read_listing(folder) or {}
     foreign = set(foreign_in(folder, listing))
     for name in listing:
@@ -110,11 +106,9 @@ SEAL = "sha256"
 
 
 def sealed(values: Mapping[str, Any], *, indent: int | None = 1) -> bytes:
-    """An object as text that ends with a newline, with the SHA-256 of the same text in which that key is empty.
+    """An object as JSON that ends with a newline, with the SHA-256 of the text in which that key is empty.
 
-    Args:
-        values: The object, without the key or with an earlier hash.
-        indent: Spaces of a level; None for one line.
+    An `indent` of None gives one line.
     """
     plain = {key: value for key, value in values.items() if key != SEAL}
     digest = hashlib.sha256(_text(plain | {SEAL: ""}, indent)).hexdigest()

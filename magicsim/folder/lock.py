@@ -15,17 +15,10 @@ LOCK = "magicsim-lock"
 
 @contextmanager
 def sole_writer(target: Path) -> Iterator[None]:
-    """Keeps other runs from writing the same folder; ends with the process, however that ends.
+    """Keeps other runs from writing a folder (`OutputError`); ends with the process, however that ends.
 
     The file goes as the very last thing while the lock is held. Who waits for it then locks a file without a name,
     which `filelock` notices, and begins anew.
-
-    Args:
-        target: Folder of the results, there or not.
-
-    Raises:
-        OutputError: Another run writes there.
-        OSError: The lock cannot be made.
     """
     path = _lock_path(Path(os.path.realpath(target)))  # `.` has no name of its own
     path.parent.mkdir(parents=True, exist_ok=True)

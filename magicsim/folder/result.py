@@ -49,11 +49,7 @@ def result_folder(target: Path) -> Iterator[Path]:
 
 @contextmanager
 def new_folder(target: Path) -> Iterator[Path]:
-    """A folder to fill, which takes a name that nobody has, or an empty folder's, when the block ends without an error.
-
-    Raises:
-        OutputError: The target is there, is being written by another run, or cannot be written.
-    """
+    """A folder to fill, as `result_folder`, for a name that nobody has, or an empty folder; without a list."""
     with _folder(target, is_listed=False) as partial:
         yield partial
 
@@ -92,10 +88,8 @@ def _clear_leftovers(target: Path) -> None:
 def _put_in_place(new: Path, target: Path) -> None:
     """Gives a finished folder its name, and then removes what stood there, as far as magicsim wrote it.
 
-    A folder that cannot be renamed, such as a mount point, exchanges its content.
-
-    Raises:
-        OutputError: It cannot; the old folder stands as before, and the message says where the new one is.
+    A folder that cannot be renamed, such as a mount point, exchanges its content. Where that fails too, the old folder
+    stands as before, and the `OutputError` says where the new one is.
     """
     try:
         if new.parent == target:
@@ -162,11 +156,7 @@ def _clear(old: Path, refuge: Path) -> None:
 
 @contextmanager
 def result_file(target: Path) -> Iterator[Path]:
-    """A file to write beside the target, which takes its place when the block ends without an error.
-
-    Raises:
-        OutputError: The target is a folder or cannot be written, see `check_file`.
-    """
+    """A file to write beside the target, which takes its place when the block ends without an error."""
     check_file(target)
     with output_errors(target):
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -180,11 +170,7 @@ def result_file(target: Path) -> Iterator[Path]:
 
 
 def check_file(target: Path) -> None:
-    """Refuses a file that cannot be written, before any work is done for it.
-
-    Raises:
-        OutputError: It is a folder, something above it is a file, its name is too long, or nothing can be made there.
-    """
+    """Refuses (`OutputError`) a file that is a folder or cannot be written, before any work is done for it."""
     with output_errors(target):
         if target.is_dir():
             msg = f"output file '{target}' is a folder; name a file"
@@ -193,14 +179,7 @@ def check_file(target: Path) -> None:
 
 
 def refuse_unsigned(target: Path) -> None:
-    """Refuses to replace a file that the user did not name, but for one that begins as magicsim's do.
-
-    Args:
-        target: File beside the one that was named.
-
-    Raises:
-        OutputError: There is another file, or it cannot be read.
-    """
+    """Refuses (`OutputError`) to replace a file that nobody named, but for one that begins as magicsim's do."""
     with output_errors(target):
         if not target.is_file():
             return

@@ -28,12 +28,7 @@ def new_token() -> str:
 
 
 def beside(target: Path, purpose: str) -> Path:
-    """A new hidden name next to a file or folder; a file keeps its ending, from which programs tell the format.
-
-    Args:
-        target: Where the content will stand.
-        purpose: What it is meanwhile, such as `partial`.
-    """
+    """A new hidden name next to a file or folder, such as `.out.TOKEN.partial`; a file keeps its ending."""
     return target.with_name(f".{target.stem}.{new_token()}.{purpose}{target.suffix}")
 
 
@@ -66,15 +61,7 @@ def working_folders(target: Path) -> list[Path]:
 
 @contextmanager
 def output_errors(target: Path, *, then: str = "") -> Iterator[None]:
-    """Turns what the system says against writing into one line.
-
-    Args:
-        target: What is written.
-        then: What else to say.
-
-    Raises:
-        OutputError: Instead of any `OSError`.
-    """
+    """Turns what the system says against writing a target into an `OutputError` of one line, which ends with `then`."""
     try:
         yield
     except OSError as error:
@@ -84,11 +71,7 @@ def output_errors(target: Path, *, then: str = "") -> Iterator[None]:
 
 
 def check_target(target: Path) -> None:
-    """Refuses a target that holds anything that magicsim cannot show it wrote.
-
-    Raises:
-        OutputError: The target is a file or a folder with something foreign in it, which is named, or cannot be read.
-    """
+    """Refuses (`OutputError`) a target that is a file, or holds anything that magicsim cannot show it wrote."""
     with output_errors(target):
         own = {path.name for path in working_folders(target)}
         present = [name for name in names_in(target) if name not in own]
@@ -106,11 +89,7 @@ def check_target(target: Path) -> None:
 
 
 def check_place(target: Path) -> None:
-    """Refuses a folder that cannot be made or written, before any work is done for it.
-
-    Raises:
-        OutputError: Something above it is a file, a name is too long, or nothing can be made there.
-    """
+    """Refuses (`OutputError`) a folder that cannot be made or written, before any work is done for it."""
     with output_errors(target):
         check_writable(target, working_place(Path(os.path.realpath(target))))  # `.` has no name of its own
 
@@ -165,22 +144,14 @@ def names_in(folder: Path) -> list[str]:
 
 
 def refuse_foreign(target: Path, names: Sequence[str]) -> None:
-    """Refuses a folder for what is in it, if there is any.
-
-    Raises:
-        OutputError: It names some of that.
-    """
+    """Refuses a folder for what is in it, if there is any: the `OutputError` names some of that."""
     if names:
         msg = f"output folder '{target}' holds {_some(names)}, not as magicsim wrote it; move that away"
         raise OutputError(msg)
 
 
 def refuse_others(target: Path, names: Collection[str]) -> None:
-    """Refuses a folder in which nothing is magicsim's, if it holds anything.
-
-    Raises:
-        OutputError: It names some of that.
-    """
+    """Refuses a folder in which nothing is magicsim's, if it holds anything: the `OutputError` names some of that."""
     if names:
         msg = f"output folder '{target}' holds other files ({_some(sorted(names))}); name a new or empty folder"
         raise OutputError(msg)

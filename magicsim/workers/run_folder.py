@@ -111,11 +111,7 @@ class RunFolder(Generic[Index]):
     """Whether a folder with an index holds what only `--resume` may go on with."""
 
     def check(self, out: Path, *, resume: bool) -> None:
-        """Refuses a folder that is not ours, cannot be written, or holds a run that nobody asked to go on with.
-
-        Raises:
-            OutputError: With what to do instead.
-        """
+        """Refuses (`OutputError`) a folder that is not ours, cannot be written, or holds a run without `resume`."""
         with output_errors(out):
             names = set(names_in(out)) - self.beside
             index = self.begun(out)
@@ -128,20 +124,12 @@ class RunFolder(Generic[Index]):
         check_place(out)
 
     def begun(self, out: Path) -> Index | None:
-        """The index of a folder; None also where nothing was ever finished, so that nothing is lost.
-
-        Raises:
-            OutputError: It is not one that this version understands.
-        """
+        """The index of a folder; None also where nothing was ever finished, so that nothing is lost."""
         index = self.read_index(out)
         return index if index is not None and self.is_worth_keeping(out, index) else None
 
     def read_index(self, out: Path) -> Index | None:
-        """The index of a folder, None where there is none.
-
-        Raises:
-            OutputError: It is not one that this version understands.
-        """
+        """The index of a folder, None without one; `OutputError` where this version does not understand it."""
         path = out / self.index
         if not path.is_file():
             return None
@@ -156,14 +144,11 @@ class RunFolder(Generic[Index]):
         return is_sealed((out / self.index).read_bytes())
 
     def open_ledger(self, out: Path, *, owned: Callable[[str], bool] = lambda _: False) -> Ledger:
-        """What earlier runs wrote into a folder, which may hold nothing else.
+        """What earlier runs wrote into a folder; `OutputError` where that has changed, or it holds anything else.
 
         Args:
             out: The folder.
             owned: Whether another list answers for a file, by its name; none does by default.
-
-        Raises:
-            OutputError: It holds something else, or something has changed since, and is named.
         """
         index, known = self.read_index(out), {}
         if index is not None:
@@ -177,11 +162,7 @@ class RunFolder(Generic[Index]):
         return ledger
 
     def refuse_another(self, out: Path, earlier: Index, now: Index) -> None:
-        """Refuses to go on with another run's files.
-
-        Raises:
-            OutputError: With what differs.
-        """
+        """Refuses (`OutputError`) to go on with the files of another run, or of other versions."""
         if earlier.config_hash != now.config_hash:
             msg = f"'{out}' holds {self.other or f'another {self.noun} (see its {CONFIG})'}; name another folder"
             raise OutputError(msg)
