@@ -130,8 +130,7 @@ def fit_profile(
     classes = scored_classes(episodes)
     missing = [str(each) for each in FrameClass if each not in classes]
     if missing:
-        msg = f"training episodes hold no frame of class {', '.join(missing)}; every class is needed"
-        raise ConfigError(msg)
+        raise ConfigError(f"training episodes hold no frame of class {', '.join(missing)}; every class is needed")
     options = list(product(tried.tau_b, tried.polarity, tried.grid_blur_px, tried.surround_px))
     owner, clear = _owners(episodes), np.array([each is FrameClass.CLEAR for each in classes])
     at_rest = [clear & (owner == number) for number in range(len(episodes))]

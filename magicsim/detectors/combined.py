@@ -125,8 +125,7 @@ def _check_match(references: References, profile: DetectorProfile) -> None:
         ("background_count", len(background.images), profile.background_count),
     ):
         if fused != wanted:
-            msg = f"{name} = {wanted!r}, but the references were fused with {fused!r}; fuse them again"
-            raise ConfigError(msg)
+            raise ConfigError(f"{name} = {wanted!r}, but the references were fused with {fused!r}; fuse them again")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

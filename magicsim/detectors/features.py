@@ -108,8 +108,7 @@ def _checked_references(episode: Episode, base: DetectorProfile) -> list[Frame]:
     """The reference frames that `fuse` would take."""
     taken = episode.references[: base.reference_count]
     if len(taken) < base.background_count:
-        msg = f"episode has {len(taken)} reference frame(s); must be at least {base.background_count}"
-        raise FrameError(msg)
+        raise FrameError(f"episode has {len(taken)} reference frame(s); must be at least {base.background_count}")
     first = check_frame(taken[0])
     return [check_frame(frame, shape=first.shape) for frame in taken]
 

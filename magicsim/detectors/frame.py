@@ -23,24 +23,20 @@ def check_frame(frame: npt.ArrayLike, *, shape: tuple[int, ...] | None = None) -
     """
     array = np.asarray(frame)
     if array.ndim != len(("rows", "columns", "channels")) or array.shape[2] != len(CHANNELS):
-        msg = f"frame has shape {array.shape}; must be (rows, columns, 3) in RGB order"
-        raise FrameError(msg)
+        raise FrameError(f"frame has shape {array.shape}; must be (rows, columns, 3) in RGB order")
     if array.size == 0:
-        msg = f"frame has shape {array.shape}, no pixels; must have at least one row and one column"
-        raise FrameError(msg)
+        raise FrameError(f"frame has shape {array.shape}, no pixels; must have at least one row and one column")
     if array.dtype != np.uint8:
         raise FrameError(_wrong_type(array))
     if shape is not None and array.shape != shape:
-        msg = f"frame has shape {array.shape}; must be {shape} like the reference"
-        raise FrameError(msg)
+        raise FrameError(f"frame has shape {array.shape}; must be {shape} like the reference")
     return np.ascontiguousarray(array, dtype=np.uint8)
 
 
 def check_pixels(what: str, columns: int, rows: int) -> None:
     """Raise a FrameError where a picture has more than `MAX_PIXELS`; `what` is its kind and name."""
     if columns * rows > MAX_PIXELS:
-        msg = f"{what} has {columns} x {rows} pixels; at most {MAX_PIXELS / 1e6:.0f} million are allowed"
-        raise FrameError(msg)
+        raise FrameError(f"{what} has {columns} x {rows} pixels; at most {MAX_PIXELS / 1e6:.0f} million are allowed")
 
 
 def _wrong_type(array: npt.NDArray[np.generic]) -> str:

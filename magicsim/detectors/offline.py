@@ -58,8 +58,7 @@ def detect_sources(
         FrameError: An image, a video or a camera cannot be used; the line names it.
     """
     if frames is None and source_kind(source) == "camera":
-        msg = f"frames is missing: camera {source} never ends; give the number of frames to judge"
-        raise ConfigError(msg)
+        raise ConfigError(f"frames is missing: camera {source} never ends; give the number of frames to judge")
     with waiting("judging frames", told):
         return list(stream_sources(source, reference, profile, frames=frames))
 
@@ -73,8 +72,7 @@ def stream_sources(
 ) -> Iterator[Verdict]:
     """Judge a source like `detect_sources`, one verdict at a time: a camera for as long as it runs."""
     if frames is not None and frames < 1:
-        msg = f"frames = {frames} is not allowed; must be a whole number of at least 1"
-        raise ConfigError(msg)
+        raise ConfigError(f"frames = {frames} is not allowed; must be a whole number of at least 1")
     chosen = profile if isinstance(profile, DetectorProfile) else load_profile(profile)
     with closing(read_source(source)) as judged:
         references, resting = fuse_source(reference, chosen)
@@ -124,8 +122,7 @@ def _naming(frame: SourceFrame) -> Iterator[None]:
     try:
         yield
     except FrameError as error:
-        msg = f"image '{frame.name}': {error}"
-        raise FrameError(msg) from error
+        raise FrameError(f"image '{frame.name}': {error}") from error
 
 
 Row = Mapping[str, float | str | bool | None]
@@ -146,8 +143,7 @@ def write_verdicts(
     """Judge a source and write one row a frame: at the end, so that an error leaves nothing; a camera's at once."""
     endless = frames is None and source_kind(source) == "camera"
     if endless and as_json:
-        msg = f"frames is missing: camera {source} never ends, so JSON needs the number of frames to judge"
-        raise ConfigError(msg)
+        raise ConfigError(f"frames is missing: camera {source} never ends, so JSON needs the number of frames to judge")
     chosen = profile if isinstance(profile, DetectorProfile) else load_profile(profile)
     judged = rows(stream_sources(source, reference, chosen, frames=frames), chosen, grasp=grasp)
     if not endless:

@@ -159,8 +159,7 @@ class DetectorProfile:
             value, kind, limits = getattr(self, each.name), type(each.default), each.metadata["limits"]
             if not limits.admits(value, kind):
                 given = shortened(repr(value), NAME_LENGTH)
-                msg = f"{each.name} = {given} is not allowed; must be {limits.allowed(kind)}"
-                raise ConfigError(msg)
+                raise ConfigError(f"{each.name} = {given} is not allowed; must be {limits.allowed(kind)}")
             if kind is float:
                 object.__setattr__(self, each.name, float(value))
         if self.reference_count < self.background_count:
@@ -185,13 +184,11 @@ def load_profile(name_or_path: str | Path) -> DetectorProfile:
     names = {each.name for each in dataclasses.fields(DetectorProfile)}
     for key in values:
         if key not in names:
-            msg = f"profile file '{path}': {unknown_choice('key', key, names)}"
-            raise ConfigError(msg)
+            raise ConfigError(f"profile file '{path}': {unknown_choice('key', key, names)}")
     try:
         return DetectorProfile(**values)
     except ConfigError as error:
-        msg = f"profile file '{path}': {error}"
-        raise ConfigError(msg) from error
+        raise ConfigError(f"profile file '{path}': {error}") from error
 
 
 def save_profile(profile: DetectorProfile, path: str | Path, *, comment: str) -> None:
@@ -207,8 +204,7 @@ def save_profile(profile: DetectorProfile, path: str | Path, *, comment: str) ->
         OutputError: The file cannot be written.
     """
     if not comment.strip():
-        msg = "comment is empty; a profile file opens with a comment that says what it describes"
-        raise ConfigError(msg)
+        raise ConfigError("comment is empty; a profile file opens with a comment that says what it describes")
     lines = [f"# {line}".rstrip() for line in comment.strip().splitlines()]
     # JSON's numbers and short words are TOML's too, and Python writes floats so that they read back exactly.
     lines += [f"{name} = {json.dumps(value)}" for name, value in dataclasses.asdict(profile).items()]
@@ -219,8 +215,7 @@ def save_profile(profile: DetectorProfile, path: str | Path, *, comment: str) ->
         os.replace(partial, target)
     except OSError as error:
         partial.unlink(missing_ok=True)
-        msg = f"profile file '{target}' cannot be written: {error.strerror}"
-        raise OutputError(msg) from error
+        raise OutputError(f"profile file '{target}' cannot be written: {error.strerror}") from error
 
 
 _JSON_TYPES: dict[type, str] = {int: "integer", float: "number", str: "string"}

@@ -59,15 +59,13 @@ def source_kind(source: str | Path) -> SourceKind:
     expected = f"an image ({', '.join(IMAGE_SUFFIXES)}), a folder of images"
     expected += f", a video ({', '.join(VIDEO_SUFFIXES)}) or a camera's index"
     if not is_file(path):
-        msg = f"source '{shortened(str(source), 2 * NAME_LENGTH)}' does not exist; give {expected}"
-        raise ConfigError(msg)
+        raise ConfigError(f"source '{shortened(str(source), 2 * NAME_LENGTH)}' does not exist; give {expected}")
     suffix = path.suffix.lower()
     if suffix in IMAGE_SUFFIXES:
         return "image"
     if suffix in VIDEO_SUFFIXES:
         return "video"
-    msg = f"source '{source}' is neither an image nor a video; give {expected}"
-    raise ConfigError(msg)
+    raise ConfigError(f"source '{source}' is neither an image nor a video; give {expected}")
 
 
 def read_source(source: str | Path) -> Frames:
@@ -94,33 +92,28 @@ def read_image(path: str | Path) -> Frame:
     except FrameError:
         raise
     except (OSError, ValueError) as error:
-        msg = f"image '{path}' cannot be read: {getattr(error, 'strerror', None) or error}"
-        raise FrameError(msg) from error
+        raise FrameError(f"image '{path}' cannot be read: {getattr(error, 'strerror', None) or error}") from error
     except cv2.error as error:
         if "MAX_IMAGE" in str(error):  # the limit that OpenCV is loaded with, see `magicsim.__init__`
             msg = f"image '{path}' has too many pixels; at most {MAX_PIXELS / 1e6:.0f} million are allowed"
             raise FrameError(msg) from None
         decoded = None
     if decoded is None:
-        msg = f"image '{path}' cannot be decoded; must be a whole image file ({', '.join(IMAGE_SUFFIXES)})"
-        raise FrameError(msg)
+        raise FrameError(f"image '{path}' cannot be decoded; must be a whole image file ({', '.join(IMAGE_SUFFIXES)})")
     channels = decoded.shape[2] if decoded.ndim > len(("rows", "columns")) else 1
     if channels not in {3, 4}:  # opacity is dropped
-        msg = f"image '{path}' has {channels} channel(s); must be colour with 3 (RGB)"
-        raise FrameError(msg)
+        raise FrameError(f"image '{path}' has {channels} channel(s); must be colour with 3 (RGB)")
     try:
         return check_frame(decoded[:, :, 2::-1])  # RGB from OpenCV's BGR or BGRA
     except FrameError as error:
-        msg = f"image '{path}': {error}"
-        raise FrameError(msg) from error
+        raise FrameError(f"image '{path}': {error}") from error
 
 
 def _decoded(path: Path) -> np.ndarray | None:
     """Pixels of a file as OpenCV reads it; None where it is no whole image."""
     length = path.stat().st_size
     if length > MAX_BYTES:
-        msg = f"image '{path}' has {length / 1e6:.0f} MB; at most {MAX_BYTES / 1e6:.0f} MB are allowed"
-        raise FrameError(msg)
+        raise FrameError(f"image '{path}' has {length / 1e6:.0f} MB; at most {MAX_BYTES / 1e6:.0f} MB are allowed")
     content = path.read_bytes()
     if not content or is_damaged_png(content):
         return None
@@ -154,8 +147,7 @@ def is_damaged_png(content: bytes) -> bool:
 def _read_folder(path: Path) -> Frames:
     files = sorted(each for each in path.iterdir() if each.suffix.lower() in IMAGE_SUFFIXES and each.is_file())
     if not files:
-        msg = f"source folder '{path}' holds no image ({', '.join(IMAGE_SUFFIXES)})"
-        raise ConfigError(msg)
+        raise ConfigError(f"source folder '{path}' holds no image ({', '.join(IMAGE_SUFFIXES)})")
     return _read_files(files)
 
 

@@ -174,12 +174,10 @@ def fit_widths(profile: DetectorProfile, episodes: Sequence[Episode]) -> Detecto
     missing = [str(each) for each in FrameClass if each not in labels]
     option = (profile.tau_b, profile.polarity, profile.grid_blur_px, profile.surround_px)
     if missing:
-        msg = f"training episodes hold no frame of class {', '.join(missing)}; every class is needed"
-        raise ConfigError(msg)
+        raise ConfigError(f"training episodes hold no frame of class {', '.join(missing)}; every class is needed")
     similarity = measure_similarity(episodes, profile, [option], [profile.similarity])[option, profile.similarity]
     if similarity is None:
-        msg = f"the references show no grid with tau_b = {profile.tau_b} and polarity '{profile.polarity}'"
-        raise ConfigError(msg)
+        raise ConfigError(f"the references show no grid with tau_b = {profile.tau_b} and polarity '{profile.polarity}'")
     entropy, correlation = measure_brightening(episodes, profile, profile.difference_blur_px)
     dark = (entropy < profile.tau_e) | (correlation < profile.tau_c)
     e, c, s = entropy - profile.tau_e, correlation - profile.tau_c, profile.tau_g - similarity

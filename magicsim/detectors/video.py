@@ -39,8 +39,7 @@ def open_video(path: Path) -> Generator[Frame, None, None]:
     first = _next(capture) if capture.isOpened() else None
     if first is None:
         capture.release()
-        msg = f"video '{path}' cannot be decoded; must be a whole video file in a format that OpenCV reads"
-        raise FrameError(msg)
+        raise FrameError(f"video '{path}' cannot be decoded; must be a whole video file in a format that OpenCV reads")
     return _video_frames(capture, first, path)
 
 
@@ -59,8 +58,7 @@ def read_camera(index: int) -> Generator[Frame, None, None]:
         while (frame := _next(capture)) is not None:
             number += 1
             yield frame
-        msg = f"camera {index} gave no more frames after {number}"
-        raise FrameError(msg)
+        raise FrameError(f"camera {index} gave no more frames after {number}")
     finally:
         capture.release()
 

@@ -72,17 +72,14 @@ def load_baseline(path: Path) -> Baseline:
     try:
         content = read_json(path)
     except ConfigError as error:
-        msg = f"baseline: {error}"
-        raise ConfigError(msg) from None
+        raise ConfigError(f"baseline: {error}") from None
     if isinstance(content, dict) and content.get("format", FORMAT) != FORMAT:
-        msg = f"baseline '{path}': format = {content['format']!r} is not allowed: must be {FORMAT}"
-        raise ConfigError(msg)
+        raise ConfigError(f"baseline '{path}': format = {content['format']!r} is not allowed: must be {FORMAT}")
     try:
         episodes = {name: _unpacked(each) for name, each in content["episodes"].items()}
         return Baseline(suite=str(content["suite"]), detector=str(content["detector"]), episodes=episodes)
     except (KeyError, TypeError, AttributeError, IndexError, ValueError) as error:
-        msg = f"baseline '{path}' is not one that magicsim wrote: {error!r}"
-        raise ConfigError(msg) from None
+        raise ConfigError(f"baseline '{path}' is not one that magicsim wrote: {error!r}") from None
 
 
 def paired(baseline: Baseline, episodes: Sequence[JudgedEpisode]) -> list[tuple[JudgedEpisode, JudgedEpisode]]:
@@ -97,8 +94,7 @@ def paired(baseline: Baseline, episodes: Sequence[JudgedEpisode]) -> list[tuple[
         if known is None:
             continue
         if known.classes != _classes(each):
-            msg = f"baseline: episode '{each.tag.name}' has other frames now; make the baseline anew"
-            raise ConfigError(msg)
+            raise ConfigError(f"baseline: episode '{each.tag.name}' has other frames now; make the baseline anew")
         before = replace(
             each, proximity=known.proximity, contact=known.contact, approach=np.array(known.approach),
             touch=np.array(known.touch),
@@ -106,8 +102,7 @@ def paired(baseline: Baseline, episodes: Sequence[JudgedEpisode]) -> list[tuple[
         now = replace(each, approach=_rounded(each.approach), touch=_rounded(each.touch))
         pairs.append((before, now))
     if not pairs:
-        msg = f"baseline of suite '{baseline.suite}' has no episode in common with this one"
-        raise ConfigError(msg)
+        raise ConfigError(f"baseline of suite '{baseline.suite}' has no episode in common with this one")
     return pairs
 
 
@@ -141,6 +136,5 @@ def _unpacked(entry: dict[str, str]) -> BaselineEpisode:
         touch=tuple(map(float, entry["touch"].split())),
     )
     if len({len(getattr(episode, each.name)) for each in fields(episode)}) != 1:
-        msg = "lists of different length"
-        raise IndexError(msg)
+        raise IndexError("lists of different length")
     return episode

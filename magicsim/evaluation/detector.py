@@ -72,8 +72,7 @@ class ProfileDetector:
     def step(self, frame: Frame) -> Detection:
         """See `Detector`; a touch under outside light is no evidence, which its score follows."""
         if self._references is None:
-            msg = "step before fit: a detector needs its references first"
-            raise ConfigError(msg)
+            raise ConfigError("step before fit: a detector needs its references first")
         verdict = detect(frame, self._references, self.profile)
         if self.is_coated:
             verdict = behind_coat(verdict)
@@ -153,8 +152,7 @@ def find_detector(name: str) -> MakeDetector:
 def _made(name: str, make: Callable[[], object]) -> Detector:
     detector = tried(make, f"detector '{name}' cannot be made without arguments")
     if not isinstance(detector, Detector):
-        msg = f"detector '{name}' has no methods fit and step"
-        raise ConfigError(msg)
+        raise ConfigError(f"detector '{name}' has no methods fit and step")
     return detector
 
 
@@ -162,8 +160,7 @@ def _load_file(path: str) -> ModuleType:
     file = expanded(path)
     spec = importlib.util.spec_from_file_location(f"magicsim_plugin_{file.stem}", file)
     if not is_file(file) or spec is None or spec.loader is None:
-        msg = f"detector file '{path}' does not exist"
-        raise ConfigError(msg)
+        raise ConfigError(f"detector file '{path}' does not exist")
     module, loader = importlib.util.module_from_spec(spec), spec.loader
     tried(lambda: loader.exec_module(module), f"detector file '{path}' cannot be loaded")
     return module

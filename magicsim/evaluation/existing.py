@@ -200,8 +200,7 @@ def write_existing_verdicts(
     Behind an opaque coat proximity is left empty, and the last line, or `not_judged` in the JSON, says so.
     """
     if frames is not None and frames < 1:
-        msg = f"frames = {frames} is not allowed; must be a whole number of at least 1"
-        raise ConfigError(msg)
+        raise ConfigError(f"frames = {frames} is not allowed; must be a whole number of at least 1")
     chosen = load_profile(profile)
     existing = read_existing(folder, frames_per_second=1.0)
     coated = existing.is_coated

@@ -62,8 +62,7 @@ class PathFrame(Config):
     @model_validator(mode="after")
     def _check_distance(self) -> Self:
         if self.gap_mm is not None and self.press is not None:
-            msg = f"frame {self.frame} gives both gap_mm and press: must be one of them"
-            raise ValueError(msg)
+            raise ValueError(f"frame {self.frame} gives both gap_mm and press: must be one of them")
         return self
 
     @property
@@ -84,8 +83,7 @@ class SuitePath(Config):
     def _check_order(self) -> Self:
         numbers = [each.frame for each in self.frames]
         if numbers[0] != 0 or any(later <= earlier for earlier, later in pairwise(numbers)):
-            msg = f"frames.frame = {numbers} is not allowed: must start at 0 and increase"
-            raise ValueError(msg)
+            raise ValueError(f"frames.frame = {numbers} is not allowed: must start at 0 and increase")
         return self
 
 
@@ -194,8 +192,7 @@ class SuiteConfig(Config):
             names = [each.name for each in entries]  # type: ignore[attr-defined]
             twice = sorted({name for name in names if names.count(name) > 1})
             if twice:
-                msg = f"{key}.name = '{twice[0]}' is given twice: names must differ"
-                raise ValueError(msg)
+                raise ValueError(f"{key}.name = '{twice[0]}' is given twice: names must differ")
         for block in self.episodes:
             for key, entries in known.items():
                 choices = [each.name for each in entries]  # type: ignore[attr-defined]
@@ -207,8 +204,7 @@ class SuiteConfig(Config):
             for block in self.episodes
         )
         if takes > MAX_TAKES:
-            msg = f"{takes} combinations in episodes are too many: at most {MAX_TAKES}"
-            raise ValueError(msg)
+            raise ValueError(f"{takes} combinations in episodes are too many: at most {MAX_TAKES}")
         if self.episodes and self.design.is_opaque:
             msg = (
                 "design.coat is opaque, which is not allowed in a suite: its detectors see through the sensor; must be "
@@ -216,8 +212,7 @@ class SuiteConfig(Config):
             )
             raise ValueError(msg)
         if not self.episodes and not self.recordings:
-            msg = "episodes and recordings are both empty: a suite needs at least one of them"
-            raise ValueError(msg)
+            raise ValueError("episodes and recordings are both empty: a suite needs at least one of them")
         return self
 
 
@@ -264,5 +259,4 @@ def _check_object(each: SuiteObject, source: str) -> None:
     try:
         parse_object(each.object)
     except ConfigError as error:
-        msg = f"{source}: objects.{each.name}: {error}"
-        raise ConfigError(msg) from None
+        raise ConfigError(f"{source}: objects.{each.name}: {error}") from None

@@ -97,8 +97,7 @@ def constants_named(names: Sequence[str]) -> dict[str, Constant]:
         if name not in CONSTANTS:
             raise ConfigError(unknown_choice("constant", name, CONSTANTS))
         if names.count(name) > 1:
-            msg = f"constant '{name}' is given twice"
-            raise ConfigError(msg)
+            raise ConfigError(f"constant '{name}' is given twice")
     return {name: CONSTANTS[name] for name in names}
 
 
@@ -127,8 +126,7 @@ def value_of(scene: SceneConfig, path: str) -> float:
         elif isinstance(found, dict) and part in found:
             found = found[part]
         else:
-            msg = f"the scene has no {path}"
-            raise ConfigError(msg)
+            raise ConfigError(f"the scene has no {path}")
     return float(found)
 
 
@@ -143,8 +141,7 @@ def _put(data: Any, parts: list[str], value: object, path: str) -> None:  # noqa
         data[:] = [value] * len(data)
         return
     if not isinstance(data, dict):
-        msg = f"the scene has no {path}"
-        raise ConfigError(msg)
+        raise ConfigError(f"the scene has no {path}")
     data[parts[-1]] = value
 
 

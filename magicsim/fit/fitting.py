@@ -109,8 +109,7 @@ def fit_constants(
     window = scene.rig.camera.window
     check_blocks(blocks, rows=window.rows, columns=window.columns)
     if not observations or observations[0].frame is not None:
-        msg = "observations of the untouched sensor are missing; they must come first"
-        raise ConfigError(msg)
+        raise ConfigError("observations of the untouched sensor are missing; they must come first")
     if not any(scene.rig.lit):
         msg = "no light of rig.strips, rig.leds and rig.ring shines, and the room is dark: there is nothing to fit"
         raise ConfigError(msg)
@@ -162,18 +161,14 @@ def _checked(free: Sequence[str], out: Path, *, starts: int, evaluations: int) -
     constants = constants_named(free)
     for name in NOT_FITTED:
         if name in constants:
-            msg = f"constant '{name}' cannot be fitted to mean frames"
-            raise ConfigError(msg)
+            raise ConfigError(f"constant '{name}' cannot be fitted to mean frames")
     if not constants:
-        msg = "no constant is free; name at least one"
-        raise ConfigError(msg)
+        raise ConfigError("no constant is free; name at least one")
     if out.suffix != ".toml":
-        msg = f"out = {out} is not allowed; must end in .toml"
-        raise ConfigError(msg)
+        raise ConfigError(f"out = {out} is not allowed; must end in .toml")
     check_file(out)
     if not out.parent.is_dir():
-        msg = f"scene file '{out}' cannot be written: no such folder"
-        raise OutputError(msg)
+        raise OutputError(f"scene file '{out}' cannot be written: no such folder")
     refuse_unsigned(out.with_suffix(".png"))  # the picture of the residual
     check_number("starts", starts, 1, MOST_STARTS, whole=True)
     check_number("evaluations", evaluations, 1, MOST_EVALUATIONS, whole=True)

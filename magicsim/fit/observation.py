@@ -52,14 +52,12 @@ def observe(
     for each in frames:
         if each.shape != shape:
             size = f"{each.shape[0]} rows and {each.shape[1]} columns, the rig's camera {shape[0]} and {shape[1]}"
-            msg = f"{source}: an image has {size}; set rig.camera.rows and rig.camera.columns"
-            raise FrameError(msg)
+            raise FrameError(f"{source}: an image has {size}; set rig.camera.rows and rig.camera.columns")
     stack = np.asarray(frames, np.float64)
     lost = float((stack >= SATURATED).mean())
     if lost > MOST_SATURATED:
         most = f"at most {100 * MOST_SATURATED:g} % are allowed"
-        msg = f"{source}: {100 * lost:.1f} % of the pixels are saturated; {most}"
-        raise FrameError(msg)
+        raise FrameError(f"{source}: {100 * lost:.1f} % of the pixels are saturated; {most}")
     even = stack[::2].mean(0)
     return Observation(frame=frame, even=even, odd=stack[1::2].mean(0) if len(stack) > 1 else even, count=len(stack))
 
@@ -80,8 +78,7 @@ def read_observation(source: str | Path, camera: Camera, *, frame: int | None = 
             raise ConfigError(msg)
         return observe(_reference_images(Path(source)), camera, source=str(source))
     if source_kind(source) == "camera":
-        msg = f"source '{source}' is a camera; give recorded images, so that the fit can be repeated"
-        raise ConfigError(msg)
+        raise ConfigError(f"source '{source}' is a camera; give recorded images, so that the fit can be repeated")
     with closing(read_source(source)) as reading:
         images = [each.image for each in islice(reading, MOST_FRAMES)]
     return observe(images, camera, frame=frame, source=str(source))
@@ -91,8 +88,7 @@ def _reference_images(folder: Path) -> list[Frame]:
     frames = open_frames(folder, ("image", "is_reference"))
     found = frames.where(frames.column("is_reference"))
     if not len(found):
-        msg = f"dataset '{folder}' has no reference frames: name frames of the untouched sensor"
-        raise ConfigError(msg)
+        raise ConfigError(f"dataset '{folder}' has no reference frames: name frames of the untouched sensor")
     return [found[number]["image"] for number in range(min(len(found), MOST_FRAMES))]
 
 

@@ -87,12 +87,10 @@ def calibrate(
         MagicsimError: Episodes, settings or the file cannot be used; then nothing is written.
     """
     if out.suffix != ".toml":
-        msg = f"out = {out} is not allowed; must end in .toml"
-        raise ConfigError(msg)
+        raise ConfigError(f"out = {out} is not allowed; must end in .toml")
     check_file(out)
     if not out.parent.is_dir():
-        msg = f"profile file '{out}' cannot be written: no such folder"
-        raise OutputError(msg)
+        raise OutputError(f"profile file '{out}' cannot be written: no such folder")
     start, candidates = _search(load_profile(base), settings)
     with waiting("fitting a profile", told):
         labelled = [episode for folder in episodes for episode in read(folder)]
@@ -176,8 +174,7 @@ def _search(base: DetectorProfile, settings: Sequence[str]) -> tuple[DetectorPro
         for value in values:
             dataclasses.replace(base, **{key: value})  # refuses what is not allowed
         if not values:
-            msg = f"{key} = [] is not allowed; must hold at least one value"
-            raise ConfigError(msg)
+            raise ConfigError(f"{key} = [] is not allowed; must hold at least one value")
     others = {key: value for key, value in given.items() if key not in searched}
     return dataclasses.replace(base, **others), dataclasses.replace(Candidates(), **lists)
 

@@ -59,13 +59,11 @@ def read_labels(folder: str | Path) -> Episode:
             references.append(image)
             continue
         if label and label not in set(FrameClass):
-            msg = f"{path.name} line {number}: {unknown_choice('class', label, [REFERENCE, *FrameClass])}"
-            raise ConfigError(msg)
+            raise ConfigError(f"{path.name} line {number}: {unknown_choice('class', label, [REFERENCE, *FrameClass])}")
         frames.append(image)
         classes.append(FrameClass(label) if label else None)
     if not references:
-        msg = f"'{path}' names no frame of class {REFERENCE}; the untouched sensor is needed"
-        raise ConfigError(msg)
+        raise ConfigError(f"'{path}' names no frame of class {REFERENCE}; the untouched sensor is needed")
     return Episode(references=references, frames=frames, classes=classes)
 
 
@@ -80,14 +78,11 @@ def _lines(path: Path) -> list[tuple[int, str, str]]:
                 raise ConfigError(msg)
             return [(table.line_num, row["file"] or "", (row["class"] or "").strip()) for row in table]
     except UnicodeDecodeError as error:
-        msg = f"'{path}' is not UTF-8 text: {error}"
-        raise ConfigError(msg) from error
+        raise ConfigError(f"'{path}' is not UTF-8 text: {error}") from error
     except csv.Error as error:
-        msg = f"'{path}' is not a table of comma-separated values: {error}"
-        raise ConfigError(msg) from error
+        raise ConfigError(f"'{path}' is not a table of comma-separated values: {error}") from error
     except OSError as error:
-        msg = f"'{path}' cannot be read: {error.strerror}"
-        raise ConfigError(msg) from error
+        raise ConfigError(f"'{path}' cannot be read: {error.strerror}") from error
 
 
 TRUTH = "truth.csv"
@@ -152,13 +147,11 @@ def read_recording(folder: Path) -> RecordedEpisode:
     values = [_row(path, number, row, force) for number, row in enumerate(rows, 2)]
     for name, *_ in values:
         if not is_file(folder / name):
-            msg = f"{path}: file '{name}' does not exist"
-            raise ConfigError(msg)
+            raise ConfigError(f"{path}: file '{name}' does not exist")
     reference = np.array([each[1] for each in values], bool)
     if not reference.any() or reference.all() or (np.diff(reference.astype(int)) > 0).any():
         count = f"{int(reference.sum())} of {len(values)}"
-        msg = f"{path}: {count} frames are references; must be some, and all before the rest"
-        raise ConfigError(msg)
+        raise ConfigError(f"{path}: {count} frames are references; must be some, and all before the rest")
     files, _, gaps, forces, lights = zip(*values, strict=True)
     return RecordedEpisode(
         folder=folder, files=files, is_reference=reference, gap_mm=np.array(gaps, np.float64),
@@ -172,8 +165,7 @@ def _row(
     """File, whether it is a reference, gap, force and flashlight of a line."""
     file = row["file"] or ""
     if not file:
-        msg = f"{path}, line {number}: file is empty"
-        raise ConfigError(msg)
+        raise ConfigError(f"{path}, line {number}: file is empty")
     parts = [_number(path, number, row, name, empty=0.0) for name in force]
     return (
         file,
@@ -186,8 +178,7 @@ def _row(
 
 def _flag(path: Path, number: int, row: dict[str, str | None], name: str) -> bool:
     if row[name] not in {"0", "1"}:
-        msg = f"{path}, line {number}: {name} = {row[name]!r} is not allowed: must be 0 or 1"
-        raise ConfigError(msg)
+        raise ConfigError(f"{path}, line {number}: {name} = {row[name]!r} is not allowed: must be 0 or 1")
     return row[name] == "1"
 
 
@@ -221,8 +212,7 @@ def read_episode(folder: Path) -> Episode:
     if (folder / LABELS).is_file():
         return read_labels(folder)
     kinds = f"{TABLE} (magicsim simulate), {TRUTH} or {LABELS}"
-    msg = f"'{folder}' is no labelled episode; give a folder that holds {kinds}"
-    raise ConfigError(msg)
+    raise ConfigError(f"'{folder}' is no labelled episode; give a folder that holds {kinds}")
 
 
 def _read_run(folder: Path) -> Episode:

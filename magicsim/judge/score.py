@@ -55,8 +55,7 @@ def score_verdicts(verdicts: Sequence[Verdict], classes: Sequence[FrameClass | N
         ConfigError: The two differ in length.
     """
     if len(verdicts) != len(classes):
-        msg = f"{len(verdicts)} verdicts for {len(classes)} classes; must be one for each"
-        raise ConfigError(msg)
+        raise ConfigError(f"{len(verdicts)} verdicts for {len(classes)} classes; must be one for each")
     pairs = list(zip(verdicts, classes, strict=True))
     frames = {str(each): sum(one is each for one in classes) for each in FrameClass}
     return DetectionScore(

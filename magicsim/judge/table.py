@@ -66,8 +66,7 @@ def read_table(folder: Path, names: Sequence[str]) -> list[dict[str, Any]]:
         found = pq.read_table(path, columns=list(names)).select(list(names)).cast(schema)
     except (OSError, pa.ArrowException, KeyError, ValueError) as error:
         reason = str(error.args[-1] if error.args else error).partition("\n")[0]
-        msg = f"'{path}' cannot be read: {reason}"
-        raise ConfigError(msg) from None
+        raise ConfigError(f"'{path}' cannot be read: {reason}") from None
     rows: list[dict[str, Any]] = found.to_pylist()
     return rows
 

@@ -22,8 +22,7 @@ def check_curve_file(target: Path) -> None:
         OutputError: It cannot be written.
     """
     if target.suffix.lower() not in SUFFIXES:
-        msg = f"curve = '{target}' is not allowed: must end in {' or '.join(SUFFIXES)}"
-        raise ConfigError(msg)
+        raise ConfigError(f"curve = '{target}' is not allowed: must end in {' or '.join(SUFFIXES)}")
     check_file(target)
 
 
@@ -40,9 +39,8 @@ def write_curve(curve: PressCurve, target: Path, *, title: str) -> None:
             with partial.open("w", newline="", encoding="utf-8") as file:
                 rows = csv.writer(file)
                 rows.writerow(COLUMNS)
-                rows.writerows(
-                    [each.depth_mm, *each.force_n, *each.torque_nmm, each.contact_area_mm2] for each in curve.points
-                )
+                for each in curve.points:
+                    rows.writerow([each.depth_mm, *each.force_n, *each.torque_nmm, each.contact_area_mm2])
         else:
             _draw(curve, partial, title)
 

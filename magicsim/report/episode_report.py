@@ -100,5 +100,4 @@ def load_mcap() -> ModuleType:
     try:
         return importlib.import_module("magicsim.dataset.export.mcap")
     except ImportError as error:
-        msg = f"output.mcap = true needs the package {error.name}: pip install 'magicsim[mcap]'"
-        raise ConfigError(msg) from None
+        raise ConfigError(f"output.mcap = true needs the package {error.name}: pip install 'magicsim[mcap]'") from None

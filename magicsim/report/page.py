@@ -130,8 +130,7 @@ def render_report(episode: Episode, judgements: Sequence[Judgement], facts: Mapp
     for each in judgements:
         if len(each.verdicts) != len(frames):
             given = f"judgement '{each.profile}' has {len(each.verdicts)} verdicts"
-            msg = f"{given} for {len(frames)} scored frames; must be one for each"
-            raise ConfigError(msg)
+            raise ConfigError(f"{given} for {len(frames)} scored frames; must be one for each")
     sheet = _sheet_judgement(judgements)
     touched = any(frame.truth.contact for frame in frames)
     approached = any(frame.truth.state.has_object for frame in frames)

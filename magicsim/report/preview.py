@@ -83,11 +83,9 @@ def animate(
     Without verdicts the strip states the truth alone.
     """
     if not frames or frames_per_second <= 0.0:
-        msg = f"{len(frames)} frames at {frames_per_second:g}/s make no preview; both must be above 0"
-        raise OutputError(msg)
+        raise OutputError(f"{len(frames)} frames at {frames_per_second:g}/s make no preview; both must be above 0")
     if verdicts and len(verdicts) != len(frames):
-        msg = f"{len(verdicts)} verdicts for {len(frames)} frames; must be one for each"
-        raise OutputError(msg)
+        raise OutputError(f"{len(verdicts)} verdicts for {len(frames)} frames; must be one for each")
     said: Sequence[Verdict | None] = verdicts or [None] * len(frames)
     data = b""
     for scale in _SCALES:

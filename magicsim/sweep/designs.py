@@ -132,8 +132,7 @@ def value_at(sweep: SweepConfig, field: str) -> float | str:
     data = _base(sweep)
     place, last = _holder(data, field, kinds=NUMBER | NAME)
     if place[last] is None:
-        msg = f"field '{field}' has no value in the base sensor: give it one there, or in every design"
-        raise ConfigError(msg)
+        raise ConfigError(f"field '{field}' has no value in the base sensor: give it one there, or in every design")
     return place[last] if isinstance(place[last], str) else float(place[last])
 
 

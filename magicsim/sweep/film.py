@@ -204,8 +204,7 @@ def _states(sensor: SweptSensor, quality: Quality, *, seed: int) -> list[FrameSt
     for gap in (*gaps, *at_places):
         problem = gap_refusal(sensor.design, sensor.rig, gap)
         if problem is not None:
-            msg = f"gap_mm{problem}"
-            raise ConfigError(msg)
+            raise ConfigError(f"gap_mm{problem}")
     times = (number / FRAMES_PER_SECOND for number in range(len(states)))
     return [
         with_passing(state, sensor.rig, time_s=time_s, seed=seed) for state, time_s in zip(states, times, strict=True)

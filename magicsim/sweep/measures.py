@@ -69,11 +69,9 @@ class Quality(Config):
         for name, sign in (("gaps_mm", -1), ("depths_mm", 1), ("line_spacings_mm", -1), ("dot_spacings_mm", -1)):
             values = getattr(self, name)
             if any(sign * (after - before) <= 0 for before, after in pairwise(values)):
-                msg = f"{name} = {list(values)} is not allowed: must {'rise' if sign > 0 else 'fall'}"
-                raise ValueError(msg)
+                raise ValueError(f"{name} = {list(values)} is not allowed: must {'rise' if sign > 0 else 'fall'}")
         if 1.0 not in self.depths_mm[1:]:
-            msg = f"depths_mm = {list(self.depths_mm)} is not allowed: must hold 1.0 and a smaller value"
-            raise ValueError(msg)
+            raise ValueError(f"depths_mm = {list(self.depths_mm)} is not allowed: must hold 1.0 and a smaller value")
         if self.light_depth_mm >= self.touch_depth_mm:
             msg = f"light_depth_mm = {self.light_depth_mm:g} is not allowed: must be below {self.touch_depth_mm:g}"
             raise ValueError(msg)

@@ -65,8 +65,7 @@ def press_centrally(
     indenter = place_object(thing, gap_mm=-depth_mm)
     zone = contact_zone([indenter], design)
     if zone is None:
-        msg = f"the object does not reach the face at a depth of {depth_mm:g} mm"
-        raise ConfigError(msg)
+        raise ConfigError(f"the object does not reach the face at a depth of {depth_mm:g} mm")
     spacing_mm = spacing_mm or _spacing_mm(design, zone, cells_across)
     lattice = central_lattice(design, zone, spacing_mm=spacing_mm, is_quarter=is_mirror_image(indenter))
     solver = ContactSolver(lattice, point_spacing_mm=point_spacing_mm(indenter.shape))

@@ -27,14 +27,12 @@ from magicsim.sweep.sweep_file import Objective, SearchSettings, SweepConfig
 
 def costs_of(results: Sequence[DesignResult], objectives: Sequence[Objective]) -> Array:
     """What each design is to keep small, shape (designs, objectives); NaN where a measure has no value."""
+    signs = [-1.0 if each.direction == "higher" else 1.0 for each in objectives]
     rows = []
     for result in results:
-        values = [
-            result.measures[each.measure].value if each.measure in result.measures else None for each in objectives
-        ]
-        rows.append(
-            [np.nan if v is None else -v if o.way == "higher" else v for v, o in zip(values, objectives, strict=True)]
-        )
+        measured = [result.measures.get(each.measure) for each in objectives]
+        values = [np.nan if each is None or each.value is None else each.value for each in measured]
+        rows.append([sign * value for sign, value in zip(signs, values, strict=True)])
     return np.array(rows, float).reshape(len(results), len(objectives))
 
 

@@ -59,11 +59,9 @@ class SearchLimit(Config):
         if self.measure not in MEASURES:
             raise ValueError(unknown_choice("measure", self.measure, MEASURES))
         if self.low is None and self.high is None:
-            msg = f"limit of '{self.measure}' needs low or high"
-            raise ValueError(msg)
+            raise ValueError(f"limit of '{self.measure}' needs low or high")
         if self.low is not None and self.high is not None and self.low > self.high:
-            msg = f"low = {self.low:g} is not allowed: must be at most high = {self.high:g}"
-            raise ValueError(msg)
+            raise ValueError(f"low = {self.low:g} is not allowed: must be at most high = {self.high:g}")
         return self
 
     def excess(self, result: DesignResult) -> float | None:
@@ -95,8 +93,6 @@ ROOTS = ("design", "rig", "render")
 """What the name of a swept field begins with."""
 ROOM = "rig.room"
 """The field that may name a file of the user's."""
-
-
 Setting = Value | Annotated[str, Field(min_length=1, max_length=1000)]
 """What a swept field is set to: a number, or a name, as of a room."""
 
@@ -120,11 +116,9 @@ class SweptField(Config):
         if root not in ROOTS or not rest:
             raise ValueError(unknown_choice("field", self.field, [f"{each}.*" for each in ROOTS]))
         if (self.values is None) == (self.low is None and self.high is None):
-            msg = f"field '{self.field}' needs either values, or low and high"
-            raise ValueError(msg)
+            raise ValueError(f"field '{self.field}' needs either values, or low and high")
         if self.values is not None and len(set(self.values)) < len(self.values):
-            msg = f"values = {list(self.values)} of '{self.field}' is not allowed: holds a value twice"
-            raise ValueError(msg)
+            raise ValueError(f"values = {list(self.values)} of '{self.field}' is not allowed: holds a value twice")
         if self.values is None:
             self._interval()
         return self
@@ -159,13 +153,12 @@ class Objective(Config):
         if self.measure not in MEASURES:
             raise ValueError(unknown_choice("measure", self.measure, MEASURES))
         if self.better is None and MEASURES[self.measure].better is None:
-            msg = f"better is missing: '{self.measure}' may be wanted 'higher' or 'lower'"
-            raise ValueError(msg)
+            raise ValueError(f"better is missing: '{self.measure}' may be wanted 'higher' or 'lower'")
         return self
 
     @property
-    def way(self) -> Better:
-        """Which way is better."""
+    def direction(self) -> Better:
+        """The better direction: the one that is given, or the measure's own."""
         return self.better or MEASURES[self.measure].better or "higher"
 
 
@@ -222,14 +215,12 @@ class SweepConfig(Config):
         self._check_search()
         names = [each.field for each in self.swept]
         if len(set(names)) < len(names):
-            msg = f"swept.field = {names} is not allowed: names a field twice"
-            raise ValueError(msg)
+            raise ValueError(f"swept.field = {names} is not allowed: names a field twice")
         return self
 
     def _check_rooms(self) -> None:
         if self.rooms and any(each.field == ROOM for each in self.swept) | any(ROOM in each for each in self.also):
-            msg = f"rooms is not allowed where '{ROOM}' is swept: must be one of the two"
-            raise ValueError(msg)
+            raise ValueError(f"rooms is not allowed where '{ROOM}' is swept: must be one of the two")
         if len(self.rooms) > self.quality.renderings:
             msg = (
                 f"rooms = {list(self.rooms)} is not allowed: holds {len(self.rooms)}, and each rendering stands in "
@@ -238,8 +229,7 @@ class SweepConfig(Config):
             raise ValueError(msg)
         for each in self.rooms:
             if in_room(self.rig, each).moving is not None:
-                msg = f"rooms = '{each}' is not allowed: something passes there; sweep '{ROOM}' instead"
-                raise ValueError(msg)
+                raise ValueError(f"rooms = '{each}' is not allowed: something passes there; sweep '{ROOM}' instead")
 
     @property
     def draws(self) -> bool:
@@ -253,38 +243,31 @@ class SweepConfig(Config):
         swept = {each.field for each in self.swept} | {name for each in self.also for name in each}
         for name in self.camera.model_dump(exclude_none=True):
             if f"rig.camera.{'.'.join(IN_TABLES.get(name, (name,)))}" in swept:
-                msg = f"camera.{name} is not allowed where that of the rig is swept: must be one of the two"
-                raise ValueError(msg)
+                raise ValueError(f"camera.{name} is not allowed where that of the rig is swept: must be one of the two")
 
     def _check_count(self) -> None:
         if len(self.also) > MAX_DESIGNS:
-            msg = f"also has {len(self.also)} designs: at most {MAX_DESIGNS} are allowed"
-            raise ValueError(msg)
+            raise ValueError(f"also has {len(self.also)} designs: at most {MAX_DESIGNS} are allowed")
         if self.sampling == "grid":
             for each in self.swept:
                 if each.values is None and each.count is None:
-                    msg = f"count is missing: field '{each.field}' is an interval on a grid"
-                    raise ValueError(msg)
+                    raise ValueError(f"count is missing: field '{each.field}' is an interval on a grid")
             if self.count is not None:
                 msg = f"count = {self.count} is not allowed with sampling = 'grid', whose fields say how many"
                 raise ValueError(msg)
             total = math.prod(len(each.on_grid()) for each in self.swept)
             if total > MAX_DESIGNS:
-                msg = f"{total} designs are too many: at most {MAX_DESIGNS}"
-                raise ValueError(msg)
+                raise ValueError(f"{total} designs are too many: at most {MAX_DESIGNS}")
         elif self.count is None:
-            msg = f"count is missing: sampling = '{self.sampling}' needs a number of designs"
-            raise ValueError(msg)
+            raise ValueError(f"count is missing: sampling = '{self.sampling}' needs a number of designs")
 
     def _check_search(self) -> None:
         if self.sampling != "search":
             if self.search is not None:
-                msg = f"search is not allowed with sampling = '{self.sampling}'"
-                raise ValueError(msg)
+                raise ValueError(f"search is not allowed with sampling = '{self.sampling}'")
             return
         if not self.objectives:
-            msg = "objectives = [] is not allowed with sampling = 'search'"
-            raise ValueError(msg)
+            raise ValueError("objectives = [] is not allowed with sampling = 'search'")
         for each in self.search.limits if self.search is not None else ():
             if each.measure not in self.measures:
                 raise ValueError(unknown_choice("limit", each.measure, self.measures))

@@ -87,8 +87,7 @@ def press_plate(
     A plain plate has the size of one with a pattern of the spacing, which it is compared with.
     """
     if PLATE_PERIODS * spacing_mm > min(sensor.design.footprint_mm):
-        msg = f"a plate of {PLATE_PERIODS} x {spacing_mm:g} mm is larger than the face"
-        raise ConfigError(msg)
+        raise ConfigError(f"a plate of {PLATE_PERIODS} x {spacing_mm:g} mm is larger than the face")
     thing = plate(pattern, spacing_mm, like)
     rig, design = plate_rig(sensor, spacing_mm, quality), followed_finely(sensor.design)
     cells = CELLS_A_PERIOD if pattern is not None else CELLS_A_PERIOD / 2

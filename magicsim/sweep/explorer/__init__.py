@@ -110,7 +110,7 @@ def explorer_data(sweep: SweepConfig, results: Sequence[DesignResult], *, front:
     return {
         "fields": [{"name": name, "label": field_label(name), "unit": field_unit(name)} for name in order],
         "measures": [{"name": name} | asdict(kinds[name]) for name in measured],
-        "objectives": [{"measure": each.measure, "better": each.way} for each in sweep.objectives],
+        "objectives": [{"measure": each.measure, "better": each.direction} for each in sweep.objectives],
         "designs": [
             _shown(finite(asdict(result))) | {"front": bool(in_front)}
             for result, in_front in zip(results, front, strict=True)
