@@ -34,9 +34,9 @@ def loaded_after(*statements: str) -> list[set[str]]:
     code = "import json, sys\nloaded = []\n"
     for statement in statements:
         code += f"{statement}\nloaded.append(sorted({{name.split('.')[0] for name in sys.modules}}))\n"
-    code += "sys.stderr.write(json.dumps(loaded))"
+    code += "sys.stderr.write('\\n' + json.dumps(loaded))"  # after what a slow machine says while it waits
     done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
-    return [set(names) for names in json.loads(done.stderr)]
+    return [set(names) for names in json.loads(done.stderr.splitlines()[-1])]
 
 
 def contracts() -> list[dict]:

@@ -29,3 +29,13 @@ def small_scene() -> Callable[..., SceneConfig]:
         return load_scene(name, [*SMALL, *overrides], seed=seed)
 
     return load
+
+
+@pytest.fixture(scope="session")
+def whole_block(small_scene: Callable[..., SceneConfig]) -> Callable[..., SceneConfig]:
+    """The same on the whole block of 24 x 32 mm, where places on it are what a test is about."""
+
+    def load(name: str, *overrides: str, seed: int | None = None) -> SceneConfig:
+        return small_scene(name, "design.footprint_mm=[24,32]", "rig.camera.field_mm=22.8", *overrides, seed=seed)
+
+    return load

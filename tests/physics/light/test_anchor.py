@@ -102,7 +102,7 @@ def test_empty_scene_stays_normal_against_references_of_another_seed(small_scene
 
 def test_ghost_changes_the_sampling_and_not_the_verdict(small_scene):
     # An object that light passes as if nothing were there: paths differ, light does not.
-    scene = small_scene("near", *ANCHOR, "render.samples=6", "render.particles=80000")
+    scene = small_scene("near", *MANY, "render.samples=6", "render.particles=80000")
     sensor = Sensor.for_scene(scene)
     renderer = Renderer(
         sensor.elastomer,

@@ -8,8 +8,8 @@ from magicsim.simulation.sensor import Sensor
 
 
 @pytest.fixture(scope="module")
-def rest(small_scene):
-    return np.array(Sensor.for_scene(small_scene("rest")).renderer.plain_radiance(View()))
+def rest(whole_block):
+    return np.array(Sensor.for_scene(whole_block("rest")).renderer.plain_radiance(View()))
 
 
 def test_red_is_at_column_zero_and_blue_at_the_last(rest):
@@ -25,8 +25,8 @@ def test_green_lights_both_ends_of_the_rows(rest):
     assert green[-6:].mean() > 1.5 * middle
 
 
-def test_object_at_plus_x_and_plus_y_appears_right_of_and_above_the_centre(small_scene):
-    scene = small_scene("near", "object.radius_mm=3", "object.color=[0.9, 0.9, 0.9]")
+def test_object_at_plus_x_and_plus_y_appears_right_of_and_above_the_centre(whole_block):
+    scene = whole_block("near", "object.radius_mm=3", "object.color=[0.9, 0.9, 0.9]")
     sensor = Sensor.for_scene(scene)
     state = timeline(scene)[0]
     moved = type(state)(gap_mm=0.2, x_mm=5.0, y_mm=8.0, twist_deg=0.0, flashlight=False, light_x_mm=0.0)
@@ -41,15 +41,15 @@ def test_object_at_plus_x_and_plus_y_appears_right_of_and_above_the_centre(small
     assert (brighter * rows).sum() / brighter.sum() < 32 - 4
 
 
-def test_sensor_without_light_is_black(small_scene):
-    dark = small_scene("near", "rig.strips=[]")
+def test_sensor_without_light_is_black(whole_block):
+    dark = whole_block("near", "rig.strips=[]")
     sensor = Sensor.for_scene(dark)
     image = sensor.renderer.plain_radiance(sensor.view(timeline(dark)[0], sensor.rest))
     assert image.max() == 0
 
 
-def test_image_is_linear_in_the_lights(small_scene):
-    plain = small_scene("near")
+def test_image_is_linear_in_the_lights(whole_block):
+    plain = whole_block("near")
     bright = plain.model_copy(
         update={
             "rig": plain.rig.model_copy(
@@ -69,9 +69,9 @@ def test_image_is_linear_in_the_lights(small_scene):
     np.testing.assert_allclose(two, 2 * one, rtol=1e-3, atol=1e-6)
 
 
-def test_image_of_a_mirrored_object_is_the_mirrored_image_in_green(small_scene):
+def test_image_of_a_mirrored_object_is_the_mirrored_image_in_green(whole_block):
     # The block and the green strips are symmetric about x = 0, so green may differ by noise only.
-    scene = small_scene("near", "render.particles=300000", "render.samples=64")
+    scene = whole_block("near", "render.particles=300000", "render.samples=64")
     sensor = Sensor.for_scene(scene)
     state = timeline(scene)[0]
 
@@ -85,7 +85,7 @@ def test_image_of_a_mirrored_object_is_the_mirrored_image_in_green(small_scene):
     assert abs(left.mean() / right.mean() - 1) < 0.01
 
 
-def test_block_without_scattering_shows_no_light_of_its_own(rest, small_scene):
-    clear = small_scene("rest", "design.materials.infill.sigma_s_per_mm=0")
+def test_block_without_scattering_shows_no_light_of_its_own(rest, whole_block):
+    clear = whole_block("rest", "design.materials.infill.sigma_s_per_mm=0")
     image = Sensor.for_scene(clear).renderer.plain_radiance(View())
     assert np.median(image) < 0.05 * np.median(rest)

@@ -35,44 +35,44 @@ def light_touch(depth_mm):
     return f"keyframes=[{{frame=0,gap_mm=-{depth_mm}}}]"
 
 
-def test_how_much_of_the_face_is_covered_decides_and_frames_say_so(small_scene):
-    light = [made(small_scene("pressed", *CHEAP, light_touch(0.05), *more)) for more in ((), (TRACED,), (LEFT_OUT,))]
+def test_how_much_of_the_face_is_covered_decides_and_frames_say_so(whole_block):
+    light = [made(whole_block("pressed", *CHEAP, light_touch(0.05), *more)) for more in ((), (TRACED,), (LEFT_OUT,))]
     assert np.array_equal(light[0][0], light[2][0])
     assert not np.array_equal(light[0][0], light[1][0])
     assert [way.light for _, way in light] == ["before contact", "traced", "before contact"]
-    covered = [made(small_scene("pressed", *CHEAP, *COVERED, *more)) for more in ((), (TRACED,))]
+    covered = [made(whole_block("pressed", *CHEAP, *COVERED, *more)) for more in ((), (TRACED,))]
     assert np.array_equal(covered[0][0], covered[1][0])
     assert [way.light for _, way in covered] == ["traced", "traced"]
 
 
-def test_a_scattering_body_is_always_traced(small_scene):
+def test_a_scattering_body_is_always_traced(whole_block):
     hazy = ("design.materials.body.sigma_s_per_mm=0.3", light_touch(0.05))
-    default, traced = (image(small_scene("pressed", *CHEAP, *hazy, *more)) for more in ((), (TRACED,)))
+    default, traced = (image(whole_block("pressed", *CHEAP, *hazy, *more)) for more in ((), (TRACED,)))
     assert np.array_equal(default, traced)
 
 
 @pytest.mark.parametrize("depth_mm", [0.1, pytest.param(0.5, marks=pytest.mark.slow)])
-def test_mean_brightness_is_that_of_traced_light_within_the_bound(small_scene, depth_mm):
+def test_mean_brightness_is_that_of_traced_light_within_the_bound(whole_block, depth_mm):
     traced, left_out = (
-        image(small_scene("pressed", *MANY, light_touch(depth_mm), more)) for more in (TRACED, LEFT_OUT)
+        image(whole_block("pressed", *MANY, light_touch(depth_mm), more)) for more in (TRACED, LEFT_OUT)
     )
     np.testing.assert_allclose(left_out.mean((0, 1)), traced.mean((0, 1)), rtol=0.01)
 
 
-def test_light_has_no_step_at_contact_under_a_flashlight_in_a_room(small_scene):
+def test_light_has_no_step_at_contact_under_a_flashlight_in_a_room(whole_block):
     """The lamp hides a part of the room, before contact as in it."""
     states = [f"keyframes=[{{frame=0,gap_mm={gap},x_mm=-6,y_mm=-9,flashlight=true}}]" for gap in (0.002, -0.002)]
     lit = (*CALM, "rig.room=office", "rig.ambient=[0.3,0.3,0.3]")
-    near, touched = (image(small_scene("pressed", *lit, state)) for state in states)
+    near, touched = (image(whole_block("pressed", *lit, state)) for state in states)
     rows, columns = (size // 4 for size in near.shape[:2])
     change = (touched - near) / near.mean()
     corners = [change[:rows, :columns], change[:rows, -columns:], change[-rows:, -columns:]]
     assert max(abs(each.mean()) for each in corners) < 3e-4
 
 
-def test_a_renderer_that_nobody_holds_goes_at_once(small_scene):
+def test_a_renderer_that_nobody_holds_goes_at_once(whole_block):
     """Its records are hundreds of megabytes, and the next sensor does not wait for the collector of circles."""
-    scene = small_scene("pressed", *CHEAP, light_touch(0.05))
+    scene = whole_block("pressed", *CHEAP, light_touch(0.05))
     sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
     sensor.radiance(state, sensor.deform(state, sensor.rest))
     kept = weakref.ref(sensor.renderer)
@@ -84,9 +84,9 @@ def test_a_renderer_that_nobody_holds_goes_at_once(small_scene):
         gc.enable()
 
 
-def test_a_dent_that_stays_looks_the_same_whatever_was_shown_before(small_scene):
+def test_a_dent_that_stays_looks_the_same_whatever_was_shown_before(whole_block):
     hazy = ("design.materials.body.sigma_s_per_mm=0.3", light_touch(0.3))
-    scene = small_scene("pressed", *CHEAP, *hazy)
+    scene = whole_block("pressed", *CHEAP, *hazy)
     sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
     dent = replace(sensor.view(state, sensor.deform(state, sensor.rest)), indenter=None, is_released=True)
     first, second = (sensor.renderer.radiance(dent) for _ in range(2))
