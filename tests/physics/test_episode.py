@@ -114,10 +114,11 @@ def test_truth_follows_the_story(episode):
 
 
 def test_frames_are_byte_identical_with_one_thread_and_with_all(scene_file, episode, tmp_path):
-    settings = [f"--set={each}" for each in (*TINY, "output.report=false", "output.preview=false")]
-    command = [sys.executable, "-m", "magicsim", "simulate", str(scene_file), "--out", str(tmp_path), "--threads", "1"]
+    settings = [part for each in (*TINY, "output.report=false", "output.preview=false") for part in ("--set", each)]
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "magicsim", "simulate", str(scene_file), "--out", str(out), "--threads", "1"]
     subprocess.run([*command, *settings], check=True, capture_output=True)
-    stored = [read_image(path) for path in sorted((tmp_path / "frames").glob("*.png"))]
+    stored = [read_image(path) for path in sorted((out / "frames").glob("*.png"))]
     assert len(stored) == 11
     for image, frame in zip(stored, episode.frames, strict=True):
         np.testing.assert_array_equal(image, frame.image)

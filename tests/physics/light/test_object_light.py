@@ -9,7 +9,7 @@ from magicsim.scenes.timeline import timeline
 from magicsim.simulation.sensor import Sensor
 
 SMALL = ("design.footprint_mm=[12,14]", "rig.camera.field_mm=10", "object.radius_mm=3")
-PARTICLES = 200_000
+PARTICLES = 600_000
 
 
 def lit(scene, *, particles):
@@ -31,7 +31,7 @@ def lit(scene, *, particles):
 @pytest.mark.parametrize(
     ("name", "overrides"),
     [
-        ("near", ()),
+        pytest.param("near", (), marks=pytest.mark.slow),
         ("pressed", ()),
         pytest.param("near", ("rig.ambient=[0.3,0.2,0.1]",), marks=pytest.mark.slow),
         pytest.param("pressed", ("design.materials.body.sigma_s_per_mm=0.3",), marks=pytest.mark.slow),
