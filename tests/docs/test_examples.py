@@ -197,6 +197,7 @@ def test_recipe_of_the_domed_sensor_draws_that_sensor():
     assert {each.scene.object.kind for each in draw_episodes(recipe)} == {"sphere", "cylinder"}
 
 
+@pytest.mark.slow
 def test_domed_sensor_ends_in_labelled_frames(domed_sensor):
     episode = domed_sensor.run(SMALL_DOME)
     at_rest = np.mean([each.image for each in episode.references], 0)

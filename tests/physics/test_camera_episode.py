@@ -38,7 +38,7 @@ def story(*settings: str) -> SceneConfig:
     return load_scene("pressed", [*TINY, STORY, *settings], seed=5)
 
 
-@pytest.fixture(scope="module", params=[(), LIT], ids=["dark", "lit"])
+@pytest.fixture(scope="module", params=[(), pytest.param(LIT, marks=pytest.mark.slow)], ids=["dark", "lit"])
 def scene(request: pytest.FixtureRequest) -> SceneConfig:
     return story(*request.param)
 

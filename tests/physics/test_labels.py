@@ -212,7 +212,7 @@ def dots_px(image: npt.NDArray[np.uint8], near_px: Array, reach_px: float) -> Ar
     return np.array(found)
 
 
-@pytest.mark.parametrize("depth_mm", [0.0, 0.6])
+@pytest.mark.parametrize("depth_mm", [0.0, pytest.param(0.6, marks=pytest.mark.slow)])
 def test_labelled_markers_are_the_dots_in_the_image(depth_mm: float, tmp_path: Path):
     found = episode("sheared", tmp_path, *MARKED, f"design.markers.depth_mm={depth_mm}")
     camera = found.scene.rig.camera

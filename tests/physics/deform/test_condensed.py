@@ -49,7 +49,7 @@ def poses() -> list[Indenter]:
     return [place_object(BALL, gap_mm=gap, x_mm=x, twist_deg=turn) for gap, x, turn in PLACES]
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.6])
+@pytest.mark.parametrize("friction", [0.0, pytest.param(0.6, marks=pytest.mark.slow)])
 def test_equilibria_are_those_of_plain_newton_steps(friction: float, monkeypatch: pytest.MonkeyPatch) -> None:
     lattice = block(16.0 if friction else 12.0)  # near the rim of a contact that slips, friction has many equilibria
     condensed = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM, friction=friction), poses())
@@ -98,7 +98,7 @@ def test_a_result_says_why_its_steps_were_plain(
     assert solved(ContactSolver(lattice), poses()[:1])[0].rungs[:2] == ("plain", reason)
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.6])
+@pytest.mark.parametrize("friction", [pytest.param(0.0, marks=pytest.mark.slow), 0.6])
 def test_thrift_of_large_contacts_changes_no_equilibrium(
     lattice: Lattice, friction: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -22,7 +22,7 @@ def test_untouched_sensor_looks_the_same_with_any_seed(small_scene):
     np.testing.assert_allclose(images[0], images[1], atol=1e-6)
 
 
-@pytest.mark.parametrize("name", ["near", "flashlight"])
+@pytest.mark.parametrize("name", ["near", pytest.param("flashlight", marks=pytest.mark.slow)])
 def test_anchor_changes_no_mean(small_scene, name):
     narrow = ("design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "rig.camera.rows=56", "object.radius_mm=3")
     scene = small_scene(name, *MANY, *narrow)

@@ -11,7 +11,7 @@ SMALL = ("design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "object.radius_mm
 @pytest.mark.parametrize(
     ("state", "overrides"),
     [
-        ("near", ()),
+        pytest.param("near", (), marks=pytest.mark.slow),
         ("pressed", ("object.specular=0.5",)),
         ("pressed", ("design.materials.body.sigma_s_per_mm=0.3", "design.materials.infill.sigma_s_per_mm=2")),
     ],

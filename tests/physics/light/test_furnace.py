@@ -26,6 +26,7 @@ def test_small_sensor_keeps_its_light(case):
     check(case, *SMALL)
 
 
+@pytest.mark.slow
 def test_an_uneven_print_keeps_its_light():
     check("default, rest", *SMALL, "design.unevenness.wall_sd_mm=0.015", "design.unevenness.wave_sd_mm=0.05")
 

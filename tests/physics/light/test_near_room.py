@@ -80,7 +80,7 @@ def test_a_clear_block_shows_what_path_tracing_shows(spots):
 @pytest.mark.parametrize(
     ("seeds", "samples", "distance_mm"),
     [
-        (3, 160, 60),
+        pytest.param(3, 160, 60, marks=pytest.mark.slow),
         pytest.param(20, 512, 60, marks=pytest.mark.slow),
         pytest.param(20, 512, 150, marks=pytest.mark.slow),
     ],

@@ -89,7 +89,9 @@ def blocks(image):
     return image[:56, :48].reshape(7, 8, 6, 8, 3).mean((1, 3))
 
 
-@pytest.mark.parametrize("gap_mm", [pytest.param(None, marks=pytest.mark.slow), 0.5, -0.4])
+@pytest.mark.parametrize(
+    "gap_mm", [pytest.param(None, marks=pytest.mark.slow), pytest.param(0.5, marks=pytest.mark.slow), -0.4]
+)
 def test_frames_are_those_of_a_still_room_with_it_in_the_image(rooms, gap_mm):
     moving, still = sensor_of(*rooms[0], table(HAND)), sensor_of(*rooms[1])
     here, away = state(gap_mm, PLACE_MM), state(gap_mm, None)

@@ -51,7 +51,7 @@ def continued(si, infill, faces, random):
 @pytest.mark.parametrize(
     ("deformation", "setting"),
     [
-        (at_rest, "design.lattice.spacing_mm=1"),
+        pytest.param(at_rest, "design.lattice.spacing_mm=1", marks=pytest.mark.slow),
         (pressed_and_sheared, "design.lattice.spacing_mm=1"),
         (dented, "design.lattice.spacing_mm=1"),
         pytest.param(pressed_and_sheared, "design.lattice.spacing_mm=0.4", marks=pytest.mark.slow),
