@@ -68,6 +68,7 @@ def rows_of(result, method):
     return [row for row in result["results"] if row["method"] == method]
 
 
+@pytest.mark.slow
 def test_a_quarter_by_symmetry_presses_as_the_whole_block_does():
     quarter, whole = (
         list(solve_lattice(SMALL, 1, spacing_mm=0.25, tolerance_mm=0.002, build=build))
