@@ -35,7 +35,6 @@ class Jack:
     chamfer_mm: float = 0.5
     """Chamfer of the mouth, at 45 degrees [mm]."""
     depth_mm: float = 12.0
-    """Depth of the hole [mm]."""
 
     def __post_init__(self) -> None:
         """Checks the numbers."""

@@ -66,7 +66,6 @@ class Reached:
     moment: GripMoment
     """The fingers."""
     load: MetLoad
-    """What acts."""
     met: Vector
     """Force [N] and torque [N mm] of the base on the plug; where this is lost, in the last balance before."""
     slid_mm: float

@@ -35,7 +35,6 @@ class Misalignment:
     z_mm: float = 0.0
     """Offset along the closing axis [mm]."""
     tilt_x_deg: float = 0.0
-    """Angle about x [degrees]."""
     tilt_z_deg: float = 0.0
     """Angle about the closing axis [degrees]."""
 

@@ -199,20 +199,16 @@ class AssemblySummary:
     """What `magicsim task assembly` reports."""
 
     out: str
-    """The folder."""
     trials: int
     failed: int
     """Trials that could not be played to their end, as without a valid equilibrium; left out of everything else."""
     reasons: dict[str, int]
     """Why they failed, and how many of them."""
     dropped: int
-    """Trials in which the plug was lost."""
     recognised: dict[str, Recognition]
-    """By cue: misaligned trials that it recognises."""
     neither: Rate
     """Misaligned trials that neither SSIM nor contact detector recognises."""
     stages: dict[str, dict[str, dict[str, StageSeries]]]
-    """By kind of trial, stage and cue."""
 
 
 def played_out(trials: Sequence[Trial]) -> list[tuple[Misalignment, tuple[Cues, ...]]]:

@@ -76,7 +76,6 @@ class Setup:
     jack: Jack = field(default_factory=Jack)
     contact: Contact = field(default_factory=Contact)
     mass_g: float = MASS_G
-    """Mass of the plug [g]."""
     squeeze_mm: float = SQUEEZE_MM
     """How much closer than touching the faces grip [mm]."""
     place: ObjectPlace = PLACE

@@ -19,7 +19,6 @@ class Score:
     value: float
     """Mean; NaN of no frames."""
     sd: float
-    """Standard deviation over frames."""
     low: float
     high: float
     """Ends of the 95 % percentile interval of the mean, presses drawn again with replacement (Field and Welsh 2007)."""

@@ -57,7 +57,6 @@ class FitTask:
     folder: Path
     """Folder of the dataset; every process must see it."""
     frame_size: tuple[int, int]
-    """Rows and columns of its frames."""
     recipe_hash: str
     study: str
     seed: int

@@ -92,7 +92,6 @@ class Estimate:
     """What a model says of one frame."""
 
     frame: str
-    """Name of the frame."""
     values: dict[str, float]
     """Answer of each label by its name and unit; a flag's as a probability."""
 

@@ -117,9 +117,7 @@ class Samples:
     """Shape (n, labels); NaN where a label does not exist; a choice by its value."""
     labels: tuple[Label, ...]
     press: Index
-    """Number of the episode of each frame."""
     unit: Index
-    """Number of the printed sensor of each frame."""
     object_of: Index
     """Number of the object of each frame, whatever its orientation; -1 without one."""
     features: Array
@@ -147,7 +145,6 @@ class EpisodeRows:
     """The rows of one episode, decoded."""
 
     columns: dict[str, list[Any]]
-    """Plain columns by name."""
     images: Images
     """Reduced frames, shape (rows of the episode, rows, columns, 3)."""
     masks: list[Mask]
@@ -172,9 +169,7 @@ class Chosen:
     targets: Array
     """Shape (n, labels)."""
     features: Array
-    """Shape (n, features)."""
     group: Index
-    """Shape (n,)."""
 
 
 Choose = Callable[[EpisodeRows], Chosen]

@@ -43,7 +43,6 @@ class Within:
     """Runs a stage in a folder below the study's."""
 
     folder: str
-    """Name of that folder."""
     stage: Stage
 
     @property

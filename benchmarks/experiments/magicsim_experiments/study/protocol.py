@@ -64,7 +64,6 @@ class Matrix:
     truths: tuple[str, ...]
     answers: tuple[str, ...]
     counts: npt.NDArray[np.int64]
-    """Shape (truths, answers)."""
     right: npt.NDArray[np.bool_]
     """Which of them count as right, of the same shape."""
     note: str = ""

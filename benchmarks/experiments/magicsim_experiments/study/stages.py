@@ -46,7 +46,6 @@ class PiecesStage:
     seconds: float
     """Rough time of a piece on one core [s]."""
     suffix: str = ".json"
-    """End of the files' names."""
     prepare: Prepare | None = bound_threads
     """Called once in each process with its number of threads."""
 
@@ -200,9 +199,7 @@ class LearningStage:
     dataset: str
     """Name of the stage whose dataset they learn from."""
     recipe: Recipe
-    """Recipe of that dataset."""
     read: Read
-    """Makes samples of it."""
     settings: LearningSettings
     frames: int
     """How many frames there are, about."""

@@ -42,7 +42,6 @@ class Carriage:
     """Where it is."""
 
     place_mm: float = 0.0
-    """From A [mm]."""
     speed_mm_s: float = 0.0
     acceleration_mm_s2: float = 0.0
     """In the last step."""

@@ -26,13 +26,10 @@ class GraspFrame:
     time_s: float
     """From the first scored frame [s]."""
     stage: str
-    """GraspPlayer of the machine after the frame."""
+    """Stage of the machine after the frame."""
     entropy: float
-    """E [bit]."""
     correlation: float
-    """C."""
     similarity: float
-    """S."""
     proximity: str
     contact: str
     """Combined verdict."""
@@ -46,7 +43,6 @@ class GraspFrame:
     width_mm: float
     """Distance of the contact faces [mm]."""
     carriage_mm: float
-    """From A [mm]."""
     upper_n: float
     """Normal force of the watched finger [N]."""
     lower_n: float
@@ -54,7 +50,6 @@ class GraspFrame:
     slid_mm: float
     """Way of sliding in the last motion [mm]."""
     light: bool
-    """Whether a flashlight is on."""
     hand_mm: float | None = None
     """How far a hand is from where it holds the item [mm]; None while none is near."""
 

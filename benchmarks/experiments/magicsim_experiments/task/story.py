@@ -46,9 +46,7 @@ class Flashlight:
     begin: int
     """Frames from there to its first one."""
     frames: int
-    """How long it shines."""
     x_mm: float
-    """Shift along x [mm]."""
 
     def shines(self, passed: int) -> bool:
         """Whether it is on, so many frames after what it follows, below 0 while that has not happened."""
@@ -97,7 +95,6 @@ class Story:
     appears: int
     """Frame in which the hand begins to bring the item."""
     speed_mm_s: float
-    """Speed of the hand [mm/s]."""
     y_mm: float
     """Where it holds the item along the fingers [mm]."""
     near_mm: float
@@ -105,7 +102,6 @@ class Story:
     twist_deg: float
     """About it [degrees]."""
     lights: tuple[Flashlight, ...]
-    """Flashlights of the episode."""
     pull: int | None
     """Frame of transport in which a hand begins to pull; None where nobody does."""
     pull_deg: float

@@ -45,10 +45,8 @@ class GraspOutcome:
     is_crushed: bool
     """Whether a finger pressed harder than the item bears."""
     largest_n: float
-    """Largest normal force [N]."""
     frames: int
     seconds_in: dict[str, float]
-    """Time in each stage [s]."""
     noise_share: float | None
     """Share of the frames with a flashlight that proximity called Noise; None without any."""
     error: str
@@ -123,7 +121,6 @@ class Lit:
 
     frames: int
     noise: int
-    """Those that proximity called Noise."""
     episodes: int
     """Episodes that they are of."""
 
@@ -153,9 +150,7 @@ class TaskSummary:
     reasons: dict[str, int]
     """Why they ended early, and how many of them."""
     seconds_in: dict[str, float]
-    """Mean time in each stage [s]."""
     by_item: dict[str, Count]
-    """Completed episodes of each item."""
     lit: dict[str, Lit]
     """Frames with a flashlight by the machine's stage, of stages that have any."""
     out: str

@@ -88,7 +88,6 @@ class CurvePoint:
     errors: Array
     """Absolute errors, shape (n,); NaN where there is no label."""
     press: Index
-    """Press of each, shape (n,)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

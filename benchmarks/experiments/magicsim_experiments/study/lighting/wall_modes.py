@@ -22,7 +22,6 @@ class WallModes:
     """Radiance at the camera, mean over pixels, of paths of one draw."""
 
     lights: tuple[str, ...]
-    """Sides of the strips, and the room."""
     radiance: Array
     """Linear RGB by light, kinds of reflections on the whole way and on the last leg, shape (lights, 4, 4, 3)."""
     events: Array

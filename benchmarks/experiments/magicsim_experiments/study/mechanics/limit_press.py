@@ -1,7 +1,7 @@
 """Presses of domed indenters that say how hard skin and infill are used: the pieces of the study `limits`."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, Any, Literal, Self
@@ -23,7 +23,7 @@ from magicsim.deform.strain import InfillCells, SkinCells, shear_of
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import symmetric_place
-from magicsim.geometry.indenter import place_object
+from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects.kinds import ObjectConfig, parse_object
 from magicsim_experiments.study.protocol import StudyConfig
 
@@ -201,82 +201,77 @@ class LimitShear:
     spacing_mm: float
 
 
-def limit_press(task: LimitPress) -> bytes:
-    """Rows of a press as JSON, a row a depth; one that does not converge has no numbers, and says why."""
-    return json.dumps(list(_pressed(task))).encode()
-
-
-def cell_press(task: CellPress) -> bytes:
-    """Rows of a press with resolved walls as JSON, a row a depth; one that does not converge says why."""
-    return json.dumps(list(_pressed_cell(task))).encode()
-
-
-def limit_shear(task: LimitShear) -> bytes:
-    """Rows of a sheared press as JSON, a row a pose; one that does not converge has no numbers, and says why."""
-    return json.dumps(list(_sheared(task))).encode()
-
-
 def skin_spacing_mm(design: ElastomerDesign) -> float:
     """Node spacing at which stretch and stress of a skin are told [mm]."""
     return min(MOST_SPACING_MM, design.skin_mm / LEAST_LAYERS)
 
 
-def _pressed(task: LimitPress) -> Iterator[Row]:
+def limit_press(task: LimitPress) -> bytes:
+    """Rows of a press as JSON, a row a depth; one that does not converge has no numbers, and says why."""
     dome = _dome(task.diameter_mm)
     zone = contact_zone([place_object(dome, gap_mm=-task.depths_mm[-1])], task.design)
     assert zone is not None  # every depth is above 0
     lattice = central_lattice(task.design, zone, spacing_mm=skin_spacing_mm(task.design), is_quarter=True)
-    solver, skin, state = _solver(lattice, dome, task.friction), SkinCells.of(task.design, lattice), None
+    solver, skin = _solver(lattice, dome, task.friction), SkinCells.of(task.design, lattice)
+    poses = [({"depth_mm": depth}, place_object(dome, gap_mm=-depth)) for depth in task.depths_mm]
     case = {"diameter_mm": task.diameter_mm, "skin_mm": task.design.skin_mm}
-    for depth in task.depths_mm:
-        try:
-            state = solver.solve(place_object(dome, gap_mm=-depth), state)
-        except ConvergenceError as error:
-            yield case | {"depth_mm": depth, "refused": str(error)}
-            return
-        yield case | {"depth_mm": depth, **_forces(state.force_n * QUARTERS), **_skin(state, skin)}
+    return _solved(solver, case, poses, lambda state: {**_forces(state.force_n * QUARTERS), **_skin(state, skin)})
 
 
-def _pressed_cell(task: CellPress) -> Iterator[Row]:
+def cell_press(task: CellPress) -> bytes:
+    """Rows of a press with resolved walls as JSON, a row a depth; one that does not converge says why."""
     dome, (x, y) = _dome(task.diameter_mm), symmetric_place(task.design, "cell")
     spot = Zone(low_mm=(x, y), high_mm=(x, y)).grown(task.diameter_mm / 2)
     is_quarter, offset = task.offset_mm is None, task.offset_mm or (0.0, 0.0)
     lattice = resolved_lattice(
         task.design, spot, margin_mm=task.margin_mm, spacing_mm=task.spacing_mm, growth=GROWTH, mirrored=is_quarter
     )
-    solver, state = _solver(lattice, dome, task.friction), None
-    case = {"diameter_mm": task.diameter_mm, "skin_mm": task.design.skin_mm}
-    for depth in task.depths_mm:
-        try:
-            pose = place_object(dome, gap_mm=-depth, x_mm=x + offset[0], y_mm=y + offset[1])
-            state = solver.solve(pose, state)
-        except ConvergenceError as error:
-            yield case | {"depth_mm": depth, "refused": str(error)}
-            return
-        force = state.force_n * QUARTERS if is_quarter else state.force_n
+    poses = [
+        ({"depth_mm": depth}, place_object(dome, gap_mm=-depth, x_mm=x + offset[0], y_mm=y + offset[1]))
+        for depth in task.depths_mm
+    ]
+
+    def measured(state: Deformation) -> Row:
         shear = layer_shear(lattice, state.displacements_mm, (x, y)).tolist()
         found = {"least_infill_shear": min(shear, default=None), "most_infill_shear": max(shear, default=None)}
-        yield case | {"depth_mm": depth, **_forces(force), **found}
+        return {**_forces(state.force_n * QUARTERS if is_quarter else state.force_n), **found}
+
+    case = {"diameter_mm": task.diameter_mm, "skin_mm": task.design.skin_mm}
+    return _solved(_solver(lattice, dome, task.friction), case, poses, measured)
 
 
-def _sheared(task: LimitShear) -> Iterator[Row]:
+def limit_shear(task: LimitShear) -> bytes:
+    """Rows of a sheared press as JSON, a row a pose; one that does not converge has no numbers, and says why."""
     dome = _dome(task.diameter_mm)
-    ways = [task.shear_mm * step / SHEAR_STEPS for step in range(SHEAR_STEPS + 1)]
-    poses = [place_object(dome, gap_mm=-task.depth_mm, x_mm=way) for way in ways]
+    shears = [task.shear_mm * step / SHEAR_STEPS for step in range(SHEAR_STEPS + 1)]
+    poses = [({"shear_mm": shear}, place_object(dome, gap_mm=-task.depth_mm, x_mm=shear)) for shear in shears]
     options = task.design.lattice.model_copy(update={"spacing_mm": task.spacing_mm})
     design = task.design.model_copy(update={"lattice": options})
-    lattice = build_lattice(design, zone=contact_zone(poses, design))
-    solver, state = _solver(lattice, dome, task.friction), None
+    lattice = build_lattice(design, zone=contact_zone([pose for _, pose in poses], design))
     skin, infill = SkinCells.of(design, lattice), InfillCells.of(design, lattice)
+
+    def measured(state: Deformation) -> Row:
+        found = {"infill_shear": float(infill.shear(state).max()) if infill is not None else None}
+        return {**_forces(state.force_n), **_skin(state, skin), **found}
+
     case = {"diameter_mm": task.diameter_mm, "skin_mm": design.skin_mm, "depth_mm": task.depth_mm}
-    for way, pose in zip(ways, poses, strict=True):
+    return _solved(_solver(lattice, dome, task.friction), case, poses, measured)
+
+
+def _solved(
+    solver: ContactSolver, case: Row, poses: Sequence[tuple[Row, Indenter]], measured: Callable[[Deformation], Row]
+) -> bytes:  # fmt: skip
+    """Rows of a path as JSON, until a pose has no valid equilibrium: its row says why."""
+    rows: list[Row] = []
+    state = None
+    for place, pose in poses:
         try:
             state = solver.solve(pose, state)
         except ConvergenceError as error:
-            yield case | {"shear_mm": way, "refused": str(error)}
-            return
-        found = {"infill_shear": float(infill.shear(state).max()) if infill is not None else None}
-        yield case | {"shear_mm": way, **_forces(state.force_n), **_skin(state, skin), **found}
+            rows.append(case | place | {"refused": str(error)})
+            break
+        rows.append(case | place | measured(state))
+    return json.dumps(rows).encode()
 
 
 def _forces(force_n: Array) -> Row:

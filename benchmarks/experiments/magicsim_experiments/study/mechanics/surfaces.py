@@ -29,7 +29,6 @@ class UnitShape:
     wave_phases: tuple[float, float, float, float]
     """Phases of two waves along x and y, each in 0..2 pi."""
     stiffness: float
-    """Factor on the moduli."""
 
     def rise_mm(self, places_mm: Array) -> Array:
         """Height of the face over its drawing at places x, y of shape (places, 2), shape (places,) [mm]."""

@@ -150,7 +150,6 @@ class AlignmentRecord:
 
     rows: tuple[AlignmentFrame, ...]
     is_dropped: bool
-    """Whether the fingers lost the item."""
     error: str
     """Why it ended early, such as that no equilibrium was found; empty otherwise."""
 

@@ -60,9 +60,7 @@ class Group:
     episodes: int
     upright: Count
     start_deg: Mean
-    """Error at first [degrees]."""
     end_deg: Mean
-    """Error at last [degrees]."""
     seconds: float | None
     """Median time until upright, of those that became so [s]."""
     read_error_deg: dict[str, Mean]
@@ -74,7 +72,6 @@ class AlignmentSummary:
     """What `magicsim task alignment` reports."""
 
     out: str
-    """The folder."""
     episodes: int
     within_deg: float
     """Error below which an item counts as upright [degrees]."""
