@@ -43,7 +43,7 @@ def grasp(
 
     with show_progress("task grasp") as progress:
         summary = run_grasps(config, out, episodes=episodes, resume=resume, with_film=film, progress=progress)
-    print_result(summary.as_dict(), as_json=json)
+    print_result(fields_of(summary), as_json=json)
 
 
 @task_app.command
@@ -113,4 +113,4 @@ def alignment(
 
     with show_progress("task alignment") as progress:
         summary = run_alignment(config, model, out, episodes=episodes, resume=resume, progress=progress)
-    print_result(summary.as_dict(), as_json=json)
+    print_result(fields_of(summary), as_json=json)

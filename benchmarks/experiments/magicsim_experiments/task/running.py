@@ -202,7 +202,7 @@ def run_grasps(
         return summary, {
             FRAMES_TABLE: as_parquet(rows),
             EPISODES_TABLE: as_parquet([_flat(each["outcome"]) for each in episodes]),
-            RESULTS: as_json(summary.as_dict()),
+            RESULTS: as_json(asdict(summary)),
         }
 
     run = Run(

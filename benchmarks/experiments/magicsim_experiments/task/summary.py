@@ -155,12 +155,6 @@ class TaskSummary:
     """Frames with a flashlight by the machine's stage, of stages that have any."""
     out: str
 
-    def as_dict(self) -> dict[str, Any]:
-        """The summary as JSON has it."""
-        from dataclasses import asdict
-
-        return asdict(self)
-
 
 def counted(flags: Sequence[bool]) -> Count:
     """A count with its interval."""

@@ -1,4 +1,4 @@
-from dataclasses import replace
+from dataclasses import asdict, replace
 from itertools import pairwise
 from typing import Any
 
@@ -82,7 +82,7 @@ def test_summary_counts_with_intervals():
         {"episode": 1, "stage": "Waiting", "light": True, "proximity": "Approaching"},
         {"episode": 2, "stage": "Closing", "light": False, "proximity": "Noise"},
     ]
-    found = summarise([good, bad], rows, detector="calibrated", room="office", out="x").as_dict()
+    found = asdict(summarise([good, bad], rows, detector="calibrated", room="office", out="x"))
     assert found["lit"] == {"Waiting": {"frames": 2, "noise": 1, "episodes": 1}}
     assert (found["completed"]["count"], found["completed"]["of"]) == (1, 2)
     assert found["completed"]["low"] == pytest.approx(0.0126, abs=1e-4)  # Clopper and Pearson

@@ -1,8 +1,7 @@
 """What became of the episodes: how well the angle was read, and how upright the items ended."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -86,10 +85,6 @@ class AlignmentSummary:
     """Ended early, as where no equilibrium was found."""
     reasons: dict[str, int]
     """Why they ended early, and how many of them."""
-
-    def as_dict(self) -> dict[str, Any]:
-        """The summary as JSON has it."""
-        return asdict(self)
 
 
 def judge_episode(recorded: AlignmentRecord, grip: Grip, *, episode: int, within_deg: float) -> AlignmentOutcome:

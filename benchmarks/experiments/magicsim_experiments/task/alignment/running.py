@@ -172,7 +172,7 @@ def run_alignment(
             FRAMES_TABLE: as_parquet([asdict(row) for row in rows]),
             EPISODES_TABLE: as_parquet([asdict(each) for each in outcomes]),
             PLOT: draw_errors(outcomes, rows, unseen=kept.unseen, within_deg=kept.within_deg),
-            RESULTS: as_json(summary.as_dict()),
+            RESULTS: as_json(asdict(summary)),
         }
 
     run = Run(

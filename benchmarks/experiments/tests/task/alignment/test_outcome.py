@@ -54,7 +54,7 @@ def test_summary_keeps_unseen_items_and_fingers_apart():
     assert found.seen.read_error_deg["both fingers"].value == pytest.approx(0.0)  # their errors are opposite
     assert found.seen.read_error_deg["constant"].value == 20.0
     assert found.by_item["pen"].value == 5.0
-    assert found.as_dict()["dropped"]["count"] == 0
+    assert found.dropped.count == 0
 
 
 def test_one_episode_has_no_interval():
