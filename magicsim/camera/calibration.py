@@ -40,7 +40,7 @@ class HasCamera(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Calibration:
+class CameraCalibration:
     """What is known of one camera; OpenCV's conventions, whole coordinates at pixel centres."""
 
     image_size: tuple[int, int]
@@ -58,7 +58,7 @@ class Calibration:
     layers: tuple[LayerScale, ...]
 
 
-def calibrate_camera(design: ElastomerDesign, rig: HasCamera) -> Calibration:
+def calibrate_camera(design: ElastomerDesign, rig: HasCamera) -> CameraCalibration:
     """The calibration of a design on a rig.
 
     Raises:
@@ -70,7 +70,7 @@ def calibrate_camera(design: ElastomerDesign, rig: HasCamera) -> Calibration:
     matrix = camera_matrix(camera, focal)
     matrix[:2, 2] -= [window.column, window.row]
     face = design.height_mm + lens.thickness_mm
-    return Calibration(
+    return CameraCalibration(
         image_size=(window.columns, window.rows),
         camera_matrix=tuple(tuple(row) for row in matrix.tolist()),
         distortion=camera.distortion,

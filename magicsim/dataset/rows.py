@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
 
-from magicsim.camera.calibration import Calibration, calibrate_camera
+from magicsim.camera.calibration import CameraCalibration, calibrate_camera
 from magicsim.dataset.columns import DRAWN
 from magicsim.dataset.recipes.draw import DrawnEpisode, DrawnSensor
 from magicsim.dataset.recipes.recipe import Recipe
@@ -38,7 +38,7 @@ CAMERA_ROTATION = (1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0)
 def episode_table(
     frames: list[SimulatedFrame],
     scene: SceneConfig,
-    calibration: Calibration,
+    calibration: CameraCalibration,
     columns: list[Column],
     constants: dict[str, Any],
 ) -> pa.Table:
@@ -65,7 +65,7 @@ def episode_table(
 
 
 def frame_rows(
-    frames: Iterable[SimulatedFrame], scene: SceneConfig, calibration: Calibration
+    frames: Iterable[SimulatedFrame], scene: SceneConfig, calibration: CameraCalibration
 ) -> Iterator[dict[str, Any]]:
     """The columns of each frame that do not come from a recipe.
 
@@ -83,7 +83,7 @@ def drawn_columns(values: dict[str, float]) -> dict[str, float]:
     return {f"{DRAWN}{name}": value for name, value in values.items()}
 
 
-def _of_scene(scene: SceneConfig, calibration: Calibration) -> dict[str, Any]:
+def _of_scene(scene: SceneConfig, calibration: CameraCalibration) -> dict[str, Any]:
     rig, indenter = scene.rig, scene.object
     return {
         "object_kind": indenter.kind if indenter is not None else None,

@@ -10,7 +10,7 @@ from magicsim.config.models import validate
 from magicsim.errors import MagicsimError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.judge.verdicts import FusedProfiles
-from magicsim.live.sight import Shape, Sight
+from magicsim.live.sight import Scenery, Sight
 from magicsim.live.wish import DESIGN_FIELDS, Wish, design_values
 from magicsim.robot.live import LiveSensor
 from magicsim.robot.moment import Moment
@@ -145,7 +145,7 @@ class Session:
         indenter = live.sensor.indenter(live.state)
         return Sight(
             wish=self.now,
-            shape=Shape(
+            shape=Scenery(
                 nodes_mm=live.sensor.lattice.nodes_mm + moved,
                 displacement_mm=np.linalg.norm(moved, axis=1),
                 object_position_mm=indenter.pose.position_mm if indenter is not None else None,

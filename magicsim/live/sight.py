@@ -9,7 +9,7 @@ from magicsim.simulation.episode import SimulatedFrame
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Shape:
+class Scenery:
     """The block and the object in 3D."""
 
     nodes_mm: Array
@@ -28,7 +28,7 @@ class Sight:
 
     wish: Wish
     """Where object, lights, camera and design are now; not what was asked for where that was refused."""
-    shape: Shape
+    shape: Scenery
     force_n: tuple[float, float, float]
     """Force of the object on the sensor [N]."""
     slip_share: float

@@ -9,7 +9,7 @@ import viser
 from magicsim.arrays import Array, Index
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.live.sight import Shape
+from magicsim.live.sight import Scenery
 from magicsim.robot.workspace import Workspace
 
 Colors = npt.NDArray[np.uint8]
@@ -91,7 +91,7 @@ class View3D:
                 "/object", thing.vertices.astype(np.float32), thing.faces.astype(np.uint32), color=tone, opacity=0.55
             )
 
-    def show(self, shape: Shape, gap_mm: float) -> None:
+    def show(self, shape: Scenery, gap_mm: float) -> None:
         """Moves everything to a sight's shape.
 
         Args:

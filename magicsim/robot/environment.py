@@ -45,7 +45,7 @@ LEAST, MOST = 1e-6, 1e6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cost:
+class StepCost:
     """What one `reset` or step took."""
 
     solve_s: float
@@ -152,8 +152,8 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._lift: Lift | None = None
         self._frames: tuple[SimulatedFrame, ...] = ()
         self._steps = self._held = 0
-        self.cost = Cost(solve_s=0.0, light_s=0.0)
-        """Cost of the last `reset` or step; zero before."""
+        self.cost = StepCost(solve_s=0.0, light_s=0.0)
+        """StepCost of the last `reset` or step; zero before."""
         self._begun = 0.0
 
     def reset(
@@ -289,7 +289,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         solved = time.perf_counter()
         state = lift.state
         self._frames = tuple(finger.frame() for finger in lift.gripper.fingers[: self.cameras])
-        self.cost = Cost(solve_s=solved - self._begun, light_s=time.perf_counter() - solved)
+        self.cost = StepCost(solve_s=solved - self._begun, light_s=time.perf_counter() - solved)
         if self.render_mode == "human":
             self._show()
         images = {name: frame.image.copy() for name, frame in zip(self._images, self._frames, strict=True)}

@@ -18,7 +18,7 @@ from magicsim.robot.grip.floating import BALANCE_N, float_between
 from magicsim.robot.grip.held import settle
 from magicsim.robot.grip.linkage import Linkage, close_until
 from magicsim.robot.grip.load import Hold, Load
-from magicsim.robot.grip.pair import Pair, finger_seed
+from magicsim.robot.grip.pair import FingerPair, finger_seed
 from magicsim.robot.grip.truth import GripFrames, GripMoment, GripState, GripTruth, grip_truth
 from magicsim.robot.live import LEAST_WIDTH_MM, MAX_SEED, LiveSensor
 from magicsim.robot.quality import Quality
@@ -94,7 +94,7 @@ class Gripper:
                 quality=quality, companion=companion, told=told,
                 opposite=(lambda: self.upper.sensor) if unlike else None,
             )  # fmt: skip
-            self._pair = Pair(self.upper, self.lower, scene.object, sees_other=sees_other)
+            self._pair = FingerPair(self.upper, self.lower, scene.object, sees_other=sees_other)
             self._state = GripState(width_mm=self._open_mm, place=ObjectPlace())
             self.reset()
 

@@ -20,7 +20,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.sampling.points import unit_points
 from magicsim.scenes.rig import Rig, in_room
 from magicsim.scenes.scene import RenderSettings
-from magicsim.sweep.measures import Quality
+from magicsim.sweep.measures import SweepQuality
 from magicsim.sweep.sweep_file import SweepConfig
 
 
@@ -32,7 +32,7 @@ class SweptSensor(Config):
     render: RenderSettings = RenderSettings()
 
 
-def camera_of(sensor: SweptSensor, quality: Quality, *, scale: int = 1) -> Camera:
+def camera_of(sensor: SweptSensor, quality: SweepQuality, *, scale: int = 1) -> Camera:
     """The sensor's camera with as many pixels as the quality asks for; its field and its noise a pixel stay."""
     camera = sensor.rig.camera
     columns, rows = scale * quality.columns, scale * quality.rows
@@ -42,7 +42,7 @@ def camera_of(sensor: SweptSensor, quality: Quality, *, scale: int = 1) -> Camer
     return camera.model_copy(update=update)
 
 
-def render_of(sensor: SweptSensor, quality: Quality) -> RenderSettings:
+def render_of(sensor: SweptSensor, quality: SweepQuality) -> RenderSettings:
     """The sensor's rendering at the quality's samples and particles."""
     names = ("samples", "particles", "anchor_samples", "anchor_particles")
     return sensor.render.model_copy(update={name: getattr(quality, name) for name in names})

@@ -27,7 +27,7 @@ from magicsim.scenes.scene import FRAMES_PER_SECOND
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing
 from magicsim.simulation.sensor import Sensor, sensor_exposure
 from magicsim.sweep.designs import SweptSensor, camera_of, render_of
-from magicsim.sweep.measures import Quality
+from magicsim.sweep.measures import SweepQuality
 from magicsim.sweep.mechanics import CentralPress, followed_finely, moved, press_centrally
 
 PLACES = 3
@@ -107,7 +107,7 @@ class DesignFilm:
 
 
 def film_design(
-    sensors: Sequence[SweptSensor], thing: ObjectConfig, quality: Quality, *, seed: int, untouched: UntouchedStates
+    sensors: Sequence[SweptSensor], thing: ObjectConfig, quality: SweepQuality, *, seed: int, untouched: UntouchedStates
 ) -> list[DesignFilm]:
     """Simulates everything that a film shows, once for each of `quality.renderings`.
 
@@ -132,7 +132,7 @@ def film_design(
     return [_film(*each, quality) for each in zip(turns, rests, shown, strict=True)]
 
 
-def _again(first: Sensor, turn: int, sensor: SweptSensor, base: SweptSensor, quality: Quality) -> Sensor:
+def _again(first: Sensor, turn: int, sensor: SweptSensor, base: SweptSensor, quality: SweepQuality) -> Sensor:
     """The first sensor with other random numbers, as another rendering sees it."""
     other = first.reseeded(turn)
     if sensor == base:
@@ -149,7 +149,9 @@ def _untouched(simulated: Sensor) -> tuple[FloatImage, ...]:
     return tuple(simulated.radiance(each, rest) for each in (UNTOUCHED, *states))
 
 
-def _film(simulated: Sensor, rest: tuple[FloatImage, ...], shown: tuple[Shown, ...], quality: Quality) -> DesignFilm:
+def _film(
+    simulated: Sensor, rest: tuple[FloatImage, ...], shown: tuple[Shown, ...], quality: SweepQuality
+) -> DesignFilm:
     lengths = [len(quality.gaps_mm), len(quality.depths_mm), 3 * quality.touches, len(LIGHTS_MM)]
     parts = [shown[first:stop] for first, stop in pairwise(np.cumsum([0, *lengths]).tolist())]
     return DesignFilm(
@@ -187,13 +189,13 @@ def _shown(turns: Sequence[Sensor], pressed: Callable[[float], CentralPress]) ->
         yield shown
 
 
-def touched_places(sensor: SweptSensor, quality: Quality, *, seed: int) -> npt.NDArray[np.float64]:
+def touched_places(sensor: SweptSensor, quality: SweepQuality, *, seed: int) -> npt.NDArray[np.float64]:
     """Places on the face, evenly spread, shape (touches, 2) [mm]; the same shares of the face for every design."""
     shares = unit_points(quality.touches, 2, seed=seed, stream=PLACES, sampling="sobol") - 0.5
     return np.asarray(np.round(FACE_SHARE * shares * np.array(sensor.design.footprint_mm), 3))
 
 
-def _states(sensor: SweptSensor, quality: Quality, *, seed: int) -> list[FrameState]:
+def _states(sensor: SweptSensor, quality: SweepQuality, *, seed: int) -> list[FrameState]:
     """States of a film, in order."""
     gaps = [*quality.gaps_mm, *(-depth for depth in quality.depths_mm)]
     states = [replace(UNTOUCHED, gap_mm=gap) for gap in gaps]

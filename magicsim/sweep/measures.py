@@ -17,7 +17,7 @@ Spacing = Annotated[float, Field(ge=1, le=6)]
 """Finer patterns than twice the triangles of the rendered face are not shown by it [mm]."""
 
 
-class Quality(Config):
+class SweepQuality(Config):
     """Preview quality by default: small images, few particles, few positions."""
 
     columns: Annotated[int, Field(ge=24, le=480)] = 120
@@ -172,7 +172,7 @@ MEASURES: dict[str, MeasureKind] = {
 """All measures by their name in the results."""
 
 
-def described(quality: Quality) -> dict[str, MeasureKind]:
+def described(quality: SweepQuality) -> dict[str, MeasureKind]:
     """All measures, their meanings with the quality's own values."""
     values = quality.model_dump() | {
         "drift_percent": 100 * quality.drift,

@@ -24,7 +24,7 @@ from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.sensor import Sensor
-from magicsim.sweep.measures import Measured, Quality
+from magicsim.sweep.measures import Measured, SweepQuality
 
 FOLLOWED_MM = 0.5
 """Node spacing of the lattice that carries displacements to the meshes: no coarser than their triangles [mm]."""
@@ -134,7 +134,7 @@ def spacing_error(design: ElastomerDesign, thing: ObjectConfig, force_n: float, 
     return max(abs(float(each) - force_n) / force_n for each in coarse)
 
 
-def hardness(design: ElastomerDesign, quality: Quality) -> Measured:
+def hardness(design: ElastomerDesign, quality: SweepQuality) -> Measured:
     """Shore A with the change that a coarser lattice makes; none where no equilibrium is found."""
     try:
         fine = _durometer(design, quality, quality.durometer_spacing_mm)
@@ -151,7 +151,7 @@ def hardness(design: ElastomerDesign, quality: Quality) -> Measured:
     return Measured(value=fine.shore_a, low=fine.shore_a - half, high=fine.shore_a + half, note=note)
 
 
-def _durometer(design: ElastomerDesign, quality: Quality, spacing_mm: float) -> DurometerResult:
+def _durometer(design: ElastomerDesign, quality: SweepQuality, spacing_mm: float) -> DurometerResult:
     return durometer(
         design, spacing_mm=spacing_mm, walls=quality.durometer_walls, step_mm=DUROMETER_STEP_MM,
         force_tolerance_n=DUROMETER_TOLERANCE_N,

@@ -18,7 +18,7 @@ from magicsim.sweep.designs import SweptSensor, renderings_of
 from magicsim.sweep.detection import FittedDetector, mean_similarity
 from magicsim.sweep.film import DesignFilm, film_design
 from magicsim.sweep.localisation import localisation_error, predicted_places, true_places
-from magicsim.sweep.measures import Measured, Quality
+from magicsim.sweep.measures import Measured, SweepQuality
 from magicsim.sweep.mechanics import FORCE_DEPTH_MM, press_curve, spacing_error
 from magicsim.sweep.result import Block, Curve
 from magicsim.sweep.sweep_file import SweepConfig
@@ -179,7 +179,7 @@ def _touched(films: Sequence[Filmed], draws: int, seed: int) -> Parts:
     )
 
 
-def _detected(films: Sequence[Filmed], quality: Quality, seed: int) -> Parts:
+def _detected(films: Sequence[Filmed], quality: SweepQuality, seed: int) -> Parts:
     approaches = [detection.approach_curve(film, detector, quality.draws) for film, detector in films]
     scores = [detection.contact_scores(film, detector, quality.draws, drift=quality.drift) for film, detector in films]
     columns = {

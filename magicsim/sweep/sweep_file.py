@@ -16,7 +16,7 @@ from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.sampling.distribution import Distribution, Value, choose
 from magicsim.scenes.rig import Rig, in_room
 from magicsim.scenes.scene import RenderSettings, Seed
-from magicsim.sweep.measures import MEASURES, Better, Quality
+from magicsim.sweep.measures import MEASURES, Better, SweepQuality
 from magicsim.sweep.result import DesignResult
 
 SHAPES = (
@@ -195,7 +195,7 @@ class SweepConfig(Config):
     """Which measures are taken, by name."""
     objectives: tuple[Objective, ...] = (Objective(measure="sensitivity_per_n"), Objective(measure="localisation_mm"))
     """What the Pareto front trades; the first one chooses the best design."""
-    quality: Quality = Quality()
+    quality: SweepQuality = SweepQuality()
     search: SearchSettings | None = None
     """How to search, where the sampling is that."""
     timeout_s: Annotated[float, Field(ge=0.001, le=1e6)] = 3600.0

@@ -35,7 +35,7 @@ from magicsim.scenes.rig import Rig
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.sensor import Sensor, sensor_exposure
 from magicsim.sweep.designs import SweptSensor, camera_of, render_of
-from magicsim.sweep.measures import Measured, Quality
+from magicsim.sweep.measures import Measured, SweepQuality
 from magicsim.sweep.mechanics import followed_finely, moved, press_centrally
 
 Pattern = Literal["dots", "lines"]
@@ -76,7 +76,7 @@ def press_plate(
     sensor: SweptSensor,
     pattern: Pattern | None,
     spacing_mm: float,
-    quality: Quality,
+    quality: SweepQuality,
     *,
     like: ObjectConfig,
     seed: int,
@@ -114,7 +114,7 @@ def press_plate(
     return PlateFrames(contrast=contrast, places_mm=landing[inside], picture=shown[0].astype(np.uint8))
 
 
-def plate_rig(sensor: SweptSensor, spacing_mm: float, quality: Quality) -> Rig:
+def plate_rig(sensor: SweptSensor, spacing_mm: float, quality: SweepQuality) -> Rig:
     """The rig of a sensor, its camera reading out what lies around a plate of `PLATE_PERIODS` spacings."""
     camera = camera_of(sensor, quality, scale=quality.texture_scale)
     whole = sensor.rig.model_copy(update={"camera": camera})

@@ -6,7 +6,7 @@ from dataclasses import replace
 from scipy.optimize import brentq
 
 from magicsim.robot.fingers import ObjectPlace, half_extents_mm
-from magicsim.robot.grip.pair import Moments, Pair
+from magicsim.robot.grip.pair import FingerPair, Moments
 
 BALANCE_N = 0.01
 """Difference of the two normal forces at which a floating object rests [N]."""
@@ -18,13 +18,13 @@ BEYOND = 1.3
 """How far the step after the guess goes, in units of the secant's, so that balance lies before its end."""
 
 
-def contacts_mm(pair: Pair, place: ObjectPlace, width_mm: float) -> tuple[float, float]:
+def contacts_mm(pair: FingerPair, place: ObjectPlace, width_mm: float) -> tuple[float, float]:
     """Heights of the object at which it just touches the lower and the upper finger [mm]; none where not in order."""
     up, down = half_extents_mm(pair.target, place)
     return down - width_mm / 2, width_mm / 2 - up
 
 
-def float_between(pair: Pair, place: ObjectPlace, width_mm: float) -> ObjectPlace:
+def float_between(pair: FingerPair, place: ObjectPlace, width_mm: float) -> ObjectPlace:
     """Where the object comes to rest; the fingers are left there.
 
     Raises:

@@ -12,7 +12,7 @@ from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.robot.fingers import ObjectPlace, object_pose
 from magicsim.robot.grip.floating import contacts_mm
 from magicsim.robot.grip.load import Hold, Load
-from magicsim.robot.grip.pair import Pair
+from magicsim.robot.grip.pair import FingerPair
 
 ITERATIONS = 40
 """Most trials of one search."""
@@ -53,7 +53,7 @@ class Limits:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Balance:
+class RestingPlace:
     """Where a search ended."""
 
     place: Array
@@ -69,7 +69,7 @@ class Balance:
 
 def find_balance(
     unbalanced: Callable[[Array], Array], stiffness: Array, limits: Limits, *, keep: Callable[[], None]
-) -> Balance:
+) -> RestingPlace:
     """Moves a body from 0 to where the force on it vanishes.
 
     Args:
@@ -88,7 +88,7 @@ def find_balance(
     force, trials = unbalanced(place), 1
     while trials < ITERATIONS:
         if np.abs(force[free]).max(initial=0.0) <= limits.tolerance_n:
-            return Balance(place=place, unbalanced=force, search=Search.BALANCED, trials=trials)
+            return RestingPlace(place=place, unbalanced=force, search=Search.BALANCED, trials=trials)
         step = _step(matrix, force, free, softest)
         length = float(np.linalg.norm(step))
         is_long = length >= limits.longest_mm
@@ -113,11 +113,11 @@ def find_balance(
         is_at_limit = (place <= limits.low) & (force < 0) | (place >= limits.high) & (force > 0)
         stopped = is_at_limit & free & (np.abs(force) > limits.tolerance_n)
         if stopped.any():
-            return Balance(
+            return RestingPlace(
                 place=place, unbalanced=force, search=Search.AT_LIMIT, trials=trials, limit=int(stopped.argmax())
             )
         if np.linalg.norm(place) > limits.most_mm:
-            return Balance(place=place, unbalanced=force, search=Search.LOST, trials=trials)
+            return RestingPlace(place=place, unbalanced=force, search=Search.LOST, trials=trials)
     msg = (
         f"the held object does not come to rest: {np.abs(force).max():.3g} N out of balance after {trials} trials, "
         f"{np.linalg.norm(place):.3g} mm from where it was"
@@ -147,7 +147,7 @@ def _updated(matrix: Array, moved: Array, fallen: Array) -> Array:
 
 BALANCE_N, BALANCE_SHARE, LOAD_SHARE = 0.01, 0.01, 0.05
 """Force out of balance at which the object rests: in units of the larger normal force and of the load, of which the
-smaller one counts, and at least so much [N]. Torques count by the levers of `Pair.levers_mm`."""
+smaller one counts, and at least so much [N]. Torques count by the levers of `FingerPair.levers_mm`."""
 COORDINATES = ("x_mm", "y_mm", "z_mm", "tilt_x_deg", "tilt_y_deg", "twist_deg")
 """Coordinates of a place, in the order of the wrench."""
 FULL_TURN = 360.0
@@ -168,7 +168,7 @@ class Held:
     """The coordinate at whose end in the workspace it was still driven on; it counts as dropped there."""
 
 
-def settle(pair: Pair, place: ObjectPlace, width_mm: float, load: Load, *, most_slide_mm: float) -> Held:
+def settle(pair: FingerPair, place: ObjectPlace, width_mm: float, load: Load, *, most_slide_mm: float) -> Held:
     """Lets the object go where fingers and load bring it; the fingers are left there, empty where it drops.
 
     Args:
@@ -226,7 +226,7 @@ def settle(pair: Pair, place: ObjectPlace, width_mm: float, load: Load, *, most_
     return Held(hold=Hold.of_way(way), place=settled, slid_mm=way, trials=found.trials)
 
 
-def _limits(pair: Pair, place: ObjectPlace, room: tuple[float, float]) -> tuple[Array, Array]:
+def _limits(pair: FingerPair, place: ObjectPlace, room: tuple[float, float]) -> tuple[Array, Array]:
     """Smallest and largest motion of the object that the upper finger's workspace allows, shape (6,) [mm, rad]."""
     space = pair.upper.workspace
     ranges = (space.x_mm, space.y_mm, room, space.tilt_x_deg, space.tilt_y_deg, space.twist_deg)
@@ -236,7 +236,7 @@ def _limits(pair: Pair, place: ObjectPlace, room: tuple[float, float]) -> tuple[
     return np.minimum(low, 0.0), np.maximum(high, 0.0)
 
 
-def _inside(pair: Pair, place: ObjectPlace) -> ObjectPlace:
+def _inside(pair: FingerPair, place: ObjectPlace) -> ObjectPlace:
     """The place with its angles in the upper finger's workspace: rotations do not add up exactly."""
     space, angles = pair.upper.workspace, ("twist_deg", "tilt_x_deg", "tilt_y_deg")
     inside = {name: float(np.clip(getattr(place, name), *getattr(space, name))) for name in angles}

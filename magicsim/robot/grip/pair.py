@@ -61,7 +61,7 @@ LEAST_LEVER_MM = 1.0
 """Least lever of a rotation [mm]."""
 
 
-class Pair:
+class FingerPair:
     """The two sensors and the object, in the gripper's frame."""
 
     def __init__(self, upper: LiveSensor, lower: LiveSensor, target: AnyObject, *, sees_other: bool) -> None:

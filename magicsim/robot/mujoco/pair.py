@@ -31,7 +31,7 @@ class Touch:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pair:
+class Attachment:
     """Numbers of a touch in a compiled model."""
 
     site: int
@@ -62,7 +62,7 @@ def compiled(spec: MjSpec, touches: Sequence[Touch]) -> MjModel:
     return model
 
 
-def find_pair(model: MjModel, touch: Touch) -> Pair:
+def find_pair(model: MjModel, touch: Touch) -> Attachment:
     """The numbers behind the names of a touch.
 
     Args:
@@ -78,10 +78,10 @@ def find_pair(model: MjModel, touch: Touch) -> Pair:
     if int(model.body_weldid[finger]) == int(model.body_weldid[body]):
         msg = f"body '{touch.body}' is fixed to the sensor at site '{touch.site}': it must move against it"
         raise ConfigError(msg)
-    return Pair(site=site, finger=finger, body=body)
+    return Attachment(site=site, finger=finger, body=body)
 
 
-def check_excluded(model: MjModel, touch: Touch, pair: Pair) -> None:
+def check_excluded(model: MjModel, touch: Touch, pair: Attachment) -> None:
     """Refuses a model in which MuJoCo itself would press the body against the sensor's finger.
 
     Raises:
@@ -102,7 +102,7 @@ def _excluded(model: MjModel) -> set[tuple[int, int]]:
     return {*pairs, *((second, first) for first, second in pairs)}
 
 
-def _may_collide(model: MjModel, pair: Pair) -> bool:
+def _may_collide(model: MjModel, pair: Attachment) -> bool:
     ours, theirs = (
         range(int(model.body_geomadr[body]), int(model.body_geomadr[body]) + int(model.body_geomnum[body]))
         for body in (pair.finger, pair.body)

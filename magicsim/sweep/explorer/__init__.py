@@ -13,7 +13,7 @@ from markupsafe import Markup
 from magicsim.dataset.shard import parquet_bytes
 from magicsim.errors import visible
 from magicsim.report.text import page_template
-from magicsim.sweep.measures import Quality, described
+from magicsim.sweep.measures import SweepQuality, described
 from magicsim.sweep.result import DesignResult, finite
 from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.sweep.trends import TrendCheck
@@ -57,7 +57,7 @@ def _cell(value: float | str | None) -> float | str:
     return value
 
 
-def table_parquet(rows: Sequence[Row], quality: Quality) -> bytes:
+def table_parquet(rows: Sequence[Row], quality: SweepQuality) -> bytes:
     """The rows as a Parquet file, unit and meaning of every measure in its columns' metadata."""
     kinds, fields = described(quality), []
     for name in _columns(rows):

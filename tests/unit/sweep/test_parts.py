@@ -8,7 +8,7 @@ import pytest
 from magicsim.errors import ConfigError
 from magicsim.sweep import detection, parts
 from magicsim.sweep.designs import list_designs
-from magicsim.sweep.measures import Quality
+from magicsim.sweep.measures import SweepQuality
 from sweep.fakes import small_sweep
 
 
@@ -25,7 +25,7 @@ def solved(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         called.append("spacing_error")
         return 0.01
 
-    def film_design(_: object, __: object, quality: Quality, **___: object) -> list[SimpleNamespace]:
+    def film_design(_: object, __: object, quality: SweepQuality, **___: object) -> list[SimpleNamespace]:
         shown = [SimpleNamespace(gap_mm=-depth, force_n=depth, seconds=0.1) for depth in quality.depths_mm]
         seen = np.zeros((2, 2, 3), np.uint8)
         return [
