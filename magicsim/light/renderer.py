@@ -18,7 +18,7 @@ from magicsim.light.backend import dr
 from magicsim.light.facing.finger import FacingFinger, FingerBody
 from magicsim.light.facing.glow import Glow, facing_light
 from magicsim.light.frame.anchored_image import REACH_PX, anchored_change, anchored_image
-from magicsim.light.frame.frame_image import Look, PassingLook, own_field, passing_light_change
+from magicsim.light.frame.frame_image import Look, own_field, passing_light_change
 from magicsim.light.frame.frame_light import Before, free_light, lifted, touched_light
 from magicsim.light.plain_renderer import PlainRenderer, checked
 from magicsim.light.reach import is_out_of_reach
@@ -88,7 +88,7 @@ class Renderer(PlainRenderer):
         self._untouched = untouched if untouched is not None else UntouchedStates(default_store())
         self._reaches: list[sp.csr_matrix] | None = None
         self._before: tuple[Array | None, float | None, Before] | None = None
-        self._passer: PassingLight | None = None
+        self._passing: PassingLight | None = None
 
     def reseeded(self, *, seed: int, anchor_seed: int) -> Self:
         """This renderer with other random numbers; both bring their views into the same Mitsuba scenes."""
@@ -232,7 +232,7 @@ class Renderer(PlainRenderer):
             seed=self.seed,
         )  # fmt: skip
         if not is_moved:
-            before = look.through(anchor, own_field(rest, anchor), pixels)
+            before = look.through(anchor, pixels)
             return np.asarray(inner.within(around).of(before.reshape(shape)), np.float32), origin
         changed, traced = self._changed(view, placed, pixels), None
         if changed.any():
@@ -242,7 +242,7 @@ class Renderer(PlainRenderer):
             dr.eval(traced)  # begins, while the rest is computed
             origin = replace(origin, image="traced")
         control = self.control()
-        before, known = (look.through(each, own_field(rest, each), pixels) for each in (anchor, control))
+        before, known = (look.through(each, pixels) for each in (anchor, control))
         now = known.copy()
         if traced is not None:
             now[changed] = np.array(traced, np.float64).T
@@ -252,12 +252,12 @@ class Renderer(PlainRenderer):
 
     def _passing_light(self, x_mm: float) -> PassingLight:
         """What passes in the room, in its place along x."""
-        if self._passer is None:
+        if self._passing is None:
             passing = self.rig.moving
             assert passing is not None
-            self._passer = PassingLight(passing, self.world(View()).scene.environment(), self.rig.room_light)
-        self._passer.place(x_mm)
-        return self._passer
+            self._passing = PassingLight(passing, self.world(View()).scene.environment(), self.rig.room_light)
+        self._passing.place(x_mm)
+        return self._passing
 
     def _passing_change(self, view: View, light: PassingLight) -> FloatImage:
         """What something that passes changes of the window of the ideal image, shape (rows, columns, 3).
@@ -272,9 +272,9 @@ class Renderer(PlainRenderer):
         pixels, shape = around.numbers(columns, rows), (around.rows, around.columns, 3)
         placed, samples = self._placed(view), self.settings.samples
         field = self._passing_field(view, placed, light)
-        look = PassingLook(
-            world=self.light(View()), outside=self._outside(placed, view.flashlight_x_mm), light=light, field=field,
-            samples=samples, seed=self.seed,
+        look = Look(
+            world=self.light(View()), outside=self._outside(placed, view.flashlight_x_mm), field=field,
+            samples=samples, seed=self.seed, passing=light,
         )  # fmt: skip
         before = look.through(self.anchor(), pixels)
         if not self._is_moved(view, placed):
@@ -313,7 +313,7 @@ class Renderer(PlainRenderer):
         return not view.is_undeformed or self._may_touch(placed) or not self.leaves_out_unmoved
 
     def _light(self, view: View, placed: Array | None, *, is_moved: bool) -> tuple[LightField, LightOrigin]:
-        """Light in the block and on the object, and by which origin it was made."""
+        """Light in the block and on the object, and where it comes from."""
         rest, anchor, control = self.light(View()), self.anchor(), self.control()
         particles, seed = self.settings.particles, self.seed
         if not is_moved:

@@ -20,7 +20,7 @@ AXES = ("x", "y")
 
 
 def field_warnings(scene: SceneConfig) -> list[str]:
-    """A line for each thing that does not fit the block; none where all does.
+    """A line for each target that does not fit the block; none where all does.
 
     Raises:
         ConfigError: The object's file is missing.
@@ -34,13 +34,13 @@ def check_room(scene: SceneConfig) -> None:
     Raises:
         ConfigError: It would; or the object's file is missing.
     """
-    thing = scene.object
-    if scene.rig.near_mm is None or thing is None or scene.design.is_opaque:
+    target = scene.object
+    if scene.rig.near_mm is None or target is None or scene.design.is_opaque:
         return
-    vertices = thing.surface().vertices
+    vertices = target.surface().vertices
     for at in scene.keyframes:
         if at.gap_mm is not None:
-            placed = place_object(thing, gap_mm=at.gap_mm, x_mm=at.x_mm, y_mm=at.y_mm, twist_deg=at.twist_deg)
+            placed = place_object(target, gap_mm=at.gap_mm, x_mm=at.x_mm, y_mm=at.y_mm, twist_deg=at.twist_deg)
             problem = object_problem(scene.rig, placed.pose.to_sensor(vertices))
             if problem is not None:
                 msg = f"keyframe {at.frame}: {problem}"
@@ -77,9 +77,9 @@ def _reach_mm(scene: SceneConfig) -> Array:
 
 
 def _object(scene: SceneConfig) -> list[str]:
-    thing = scene.object
+    target = scene.object
     places = [
-        (each.frame, _posed(thing, each)) for each in scene.keyframes if thing is not None and each.gap_mm is not None
+        (each.frame, _posed(target, each)) for each in scene.keyframes if target is not None and each.gap_mm is not None
     ]
     if not places:
         return []
@@ -102,8 +102,8 @@ def _object(scene: SceneConfig) -> list[str]:
     return found
 
 
-def _posed(thing: ObjectBase, at: Keyframe) -> Indenter:
-    return place_object(thing, gap_mm=at.gap_mm or 0.0, x_mm=at.x_mm, y_mm=at.y_mm, twist_deg=at.twist_deg)
+def _posed(target: ObjectBase, at: Keyframe) -> Indenter:
+    return place_object(target, gap_mm=at.gap_mm or 0.0, x_mm=at.x_mm, y_mm=at.y_mm, twist_deg=at.twist_deg)
 
 
 def _extent_mm(indenter: Indenter, axis: int) -> float:

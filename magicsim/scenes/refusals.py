@@ -68,18 +68,17 @@ def gap_refusal(design: ElastomerDesign, rig: Rig, gap_mm: float) -> str | None:
         gap_mm: Of the object, negative when pressed [mm].
     """
     deepest, passing = -MAX_DEPTH_SHARE * design.height_mm, rig.moving
-    told = f" = {gap_mm:g} is not allowed: "
+    refused = f" = {gap_mm:g} is not allowed: "
     if gap_mm < deepest:
-        return f"{told}must be at least {deepest:g}, 90 % of the block's height"
+        return f"{refused}must be at least {deepest:g}, 90 % of the block's height"
     if passing is not None and gap_mm >= passing.distance_mm:
         return (
-            f"{told}outside of the room, in which something passes at rig.passing.distance_mm = "
+            f"{refused}outside of the room, in which something passes at rig.passing.distance_mm = "
             f"{passing.distance_mm:g}; must be below that"
         )
     if rig.near_mm is not None and gap_mm >= rig.near_mm:
-        return (
-            f"{told}outside of the room, whose picture is at rig.room_distance_mm = {rig.near_mm:g}; must be below that"
-        )
+        place = f"whose picture is at rig.room_distance_mm = {rig.near_mm:g}"
+        return f"{refused}outside of the room, {place}; must be below that"
     return None
 
 

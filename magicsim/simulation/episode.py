@@ -160,7 +160,7 @@ class Episode:
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the story in a few pictures."""
-        pictures = [(frame.image, frame.truth.caption) for frame in told_by(self.scored or self.frames)]
+        pictures = [(frame.image, frame.truth.caption) for frame in story_frames(self.scored or self.frames)]
         return f"<div><b>{escape(repr(self))}</b></div>{picture_row(pictures)}"
 
     def _extremes(self) -> str:
@@ -232,7 +232,7 @@ def truth_arrays(truths: Sequence[FrameTruth]) -> dict[str, npt.NDArray[Any]]:
     }
 
 
-def told_by(frames: Sequence[SimulatedFrame]) -> list[SimulatedFrame]:
+def story_frames(frames: Sequence[SimulatedFrame]) -> list[SimulatedFrame]:
     """The few frames that tell a story: first, nearest before contact, lightest and hardest touch, light, last.
 
     Args:

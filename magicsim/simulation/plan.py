@@ -171,12 +171,7 @@ def _explain(
         for reason, count in reasons.items()
     ]
     rendered = sum(frame.same_as is None for frame in frames)
-    decide(
-        "mesh and BVH update",
-        rendered,
-        "something moved",
-        "nothing moved since an earlier frame that is reused",
-    )
+    decide("mesh and BVH update", rendered, "something moved", "nothing moved since an earlier frame that is reused")
     lightened = sum(frame.same_as is None and _changes_light(scene, frame) for frame in frames)
     why_not = "same pose and light as an earlier frame"
     decide("light pass", lightened, "the light changes", why_not if lightened == rendered else "nothing scatters")

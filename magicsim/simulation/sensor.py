@@ -54,7 +54,7 @@ class Sensor:
         self,
         design: ElastomerDesign,
         rig: Rig,
-        thing: ObjectBase | None = None,
+        target: ObjectBase | None = None,
         *,
         contact: ContactSettings | None = None,
         render: RenderSettings | None = None,
@@ -71,7 +71,7 @@ class Sensor:
         Args:
             design: The block.
             rig: What surrounds it.
-            thing: The object that may come.
+            target: The object that may come.
             contact: How skin and object meet.
             render: How radiance is computed.
             states: Where the object may touch: the lattice is as fine there as the design's, coarser elsewhere. Without
@@ -90,7 +90,7 @@ class Sensor:
             RenderError: The estimator cannot render these materials.
         """
         check_codec(rig.camera.compression)
-        self.design, self.rig, self.object = design, rig, thing
+        self.design, self.rig, self.object = design, rig, target
         self.contact, self.settings = contact or ContactSettings(), render or RenderSettings()
         problem = sensor_refusal(design, rig, is_recorded=self.settings.is_recorded)
         if problem is not None:

@@ -33,12 +33,7 @@ SAFE_GAP_MM = 0.01
 a white furnace within 0.1 %; the rest is a margin for bent ones."""
 
 
-def settle(
-    points_mm: Array,
-    is_face: Mask,
-    distance: Distance,
-    clearance_mm: float,
-) -> Array:
+def settle(points_mm: Array, is_face: Mask, distance: Distance, clearance_mm: float) -> Array:
     """Moves points near an object so that the face keeps its clearance and nothing behind it is inverted.
 
     Face points with a distance of at most `TOUCHING_GAP_MM`, or of the clearance, end at `clearance_mm`; the correction
@@ -58,9 +53,7 @@ def settle(
     if len(near) == 0:
         return settled
     target = np.where(
-        is_face[near],
-        face_distance(away[near], clearance_mm, touch),
-        interior_distance(away[near], clearance_mm),
+        is_face[near], face_distance(away[near], clearance_mm, touch), interior_distance(away[near], clearance_mm)
     )
     moved, now, along = settled[near], away[near], normal[near]
     for _ in range(ITERATIONS):

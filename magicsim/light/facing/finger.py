@@ -109,19 +109,24 @@ class FacingFinger:
 
     @classmethod
     def of(
-        cls, body: FingerBody, glow: Glow, thing: SurfaceMesh | None, finish: Finish, companion: SurfaceMesh | None
+        cls,
+        body: FingerBody,
+        glow: Glow,
+        object_mesh: SurfaceMesh | None,
+        finish: Finish,
+        companion: SurfaceMesh | None,
     ) -> Self:
         """A finger with something before it.
 
         Args:
             body: The finger.
             glow: What leaves its face.
-            thing: The object in its own frame, or None.
+            object_mesh: The object in its own frame, or None.
             finish: Its surface.
             companion: What may be seen beside the object and touches nothing, with colours, in its own frame.
         """
-        mesh, joined = with_object(body, thing, finish, glow.reflectance, companion)
-        own, other = (each.vertices if each is not None else np.zeros((0, 3)) for each in (thing, companion))
+        mesh, joined = with_object(body, object_mesh, finish, glow.reflectance, companion)
+        own, other = (each.vertices if each is not None else np.zeros((0, 3)) for each in (object_mesh, companion))
         last = len(mesh.faces) - len(body.mesh.faces)
         return cls(
             body=body, glow=glow, mesh=mesh, finish=joined, object_vertices=own, companion_vertices=other,
@@ -134,19 +139,19 @@ class FacingFinger:
             return None
         poses = (view.indenter.pose if view.indenter is not None else None, view.companion)
         rigid = (self.object_vertices, self.companion_vertices)
-        things = [
+        bodies = [
             (None if pose is None else pose.to_sensor(own), len(own)) for pose, own in zip(poses, rigid, strict=True)
         ]
-        return all_placed(self.body, view.facing_mm, *things)
+        return all_placed(self.body, view.facing_mm, *bodies)
 
     def lifted(self, view: View, placed: Array) -> Array:
         """The object lifted, all else at whole millimetres: what is common to both states cancels, whatever it is."""
-        thing, companion = lifted(placed[: len(self.object_vertices)]), None
+        lifted_object, companion = lifted(placed[: len(self.object_vertices)]), None
         if view.companion is not None:
             near = replace(view.companion, position_mm=np.round(view.companion.position_mm))
             companion = np.round(near.to_sensor(self.companion_vertices), LIFTED_DIGITS)
-        things = ((thing, len(thing)), (companion, len(self.companion_vertices)))
-        return all_placed(self.body, max(1.0, round(view.facing_mm or 0.0)), *things)
+        bodies = ((lifted_object, len(lifted_object)), (companion, len(self.companion_vertices)))
+        return all_placed(self.body, max(1.0, round(view.facing_mm or 0.0)), *bodies)
 
     def shining(self, field: LightField, added: LightField) -> LightField:
         """The light in the block with the finger's, and its own brightness on its face."""
@@ -168,14 +173,14 @@ class FacingFinger:
 
 
 def with_object(
-    body: FingerBody, thing: SurfaceMesh | None, finish: Finish, reflectance: Array,
+    body: FingerBody, object_mesh: SurfaceMesh | None, finish: Finish, reflectance: Array,
     companion: SurfaceMesh | None = None,
 ) -> tuple[SurfaceMesh, Finish]:  # fmt: skip
     """One mesh of object, companion and finger, in the frame that smoothing is made for, and its surface.
 
     Args:
         body: The finger.
-        thing: The object in its own frame, or None.
+        object_mesh: The object in its own frame, or None.
         finish: Its surface, whose share of mirrored light the others take on.
         reflectance: Of the finger's face, shape (3,).
         companion: What stands beside the object, in its own frame, grey where it has no colours, or None.
@@ -186,9 +191,9 @@ def with_object(
     if companion is not None:
         apart = companion.vertices - np.array([0.0, 0.0, 2 * APART_MM])
         parts.insert(0, _colored(replace(companion, vertices=apart), GREY))
-    if thing is None:
+    if object_mesh is None:
         return _joined(parts), Finish(vertex_colors=True)
-    mesh = _joined([_colored(thing, finish.color), *parts])
+    mesh = _joined([_colored(object_mesh, finish.color), *parts])
     return mesh, Finish(vertex_colors=True, specular=finish.specular, roughness=finish.roughness)
 
 
@@ -207,16 +212,16 @@ def _joined(parts: Sequence[SurfaceMesh]) -> SurfaceMesh:
     )
 
 
-def all_placed(body: FingerBody, distance_mm: float, *things: tuple[Array | None, int]) -> Array:
+def all_placed(body: FingerBody, distance_mm: float, *bodies: tuple[Array | None, int]) -> Array:
     """Vertices of object, companion and finger where they are, shape (vertices, 3) [mm].
 
     Args:
         body: The finger.
         distance_mm: Of the contact faces [mm].
-        things: Vertices of what is before the finger, and how many it has; None where it is away: it then has no
+        bodies: Vertices of what is before the finger, and how many it has; None where it is away: it then has no
             surface, at a point inside the finger.
     """
     finger = body.placed(distance_mm)
     inside = np.array([0.0, 0.0, (finger[:, 2].min() - distance_mm) / 2])
-    shown = [np.tile(inside, (count, 1)) if thing is None else thing for thing, count in things]
+    shown = [np.tile(inside, (count, 1)) if vertices is None else vertices for vertices, count in bodies]
     return np.concatenate([*shown, finger])

@@ -43,21 +43,31 @@ class Look:
     """Camera samples of each pixel that are traced on where the object mirrors."""
     seed: int
     """Seed of the frame."""
+    passing: PassingLight | None = None
+    """What passes, in its place, if what it changes is looked at: `field` is then its change of the light."""
 
-    def through(self, rest: Untouched, light: LightField, pixels: Numbers) -> Array:
-        """Radiance of some pixels by the paths of one record, shape (pixels, 3)."""
-        change = LightField(
-            fluence=self.field.fluence - light.fluence, body=self.field.body - light.body, irradiance=light.irradiance
-        )
-        paths, world, finish = rest.paths, self.world, self.world.content.object_finish
-        seen = paths.glow(world.elements(change), pixels)
-        seen += paths.seen_outside(world.inventory.environment, self.outside, self.field.irradiance, finish, pixels)
+    def through(self, rest: Untouched, pixels: Numbers) -> Array:
+        """Radiance of some pixels by the paths of one record, or its change by what passes, shape (pixels, 3)."""
+        paths, world, outside, field = rest.paths, self.world, self.outside, self.field
+        finish, passing = world.content.object_finish, self.passing
+        if passing is None:
+            own = own_field(world, rest)
+            change = LightField(
+                fluence=field.fluence - own.fluence, body=field.body - own.body, irradiance=own.irradiance
+            )
+            seen = paths.glow(world.elements(change), pixels)
+            seen += paths.seen_outside(world.inventory.environment, outside, field.irradiance, finish, pixels)
+        else:
+            seen = paths.glow(world.elements(field), pixels)
+            seen += paths.seen_of_room(passing, pixels)
+            if outside.object is not None or outside.flashlight is not None:
+                seen += paths.seen_outside(None, outside, field.irradiance, finish, pixels, room=passing)
         seen += paths.mirrored(
-            self.outside, finish, pixels, lambda starts: follow_camera(
-                world, self.outside, starts, self.field, seed=self.seed
+            outside, finish, pixels, lambda starts: follow_camera(
+                world, outside, starts, field, seed=self.seed, room=passing
             ), samples=MIRRORED_PER_SAMPLE * self.samples, seed=self.seed,
         )  # fmt: skip
-        return np.asarray(np.maximum(rest.image.reshape(-1, 3)[pixels] + seen, 0))
+        return np.asarray(seen if passing is not None else np.maximum(rest.image.reshape(-1, 3)[pixels] + seen, 0))
 
 
 def own_field(world: LitWorld, rest: Untouched) -> LightField:
@@ -130,36 +140,3 @@ def _signed(tracks: Tracks, name: str) -> Array:
     """What the positive part left less what the negative part did."""
     plus, minus = getattr(tracks, name).astype(np.float64)
     return np.asarray(plus - minus)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PassingLook:
-    """What a frame shows of it to paths through the untouched block."""
-
-    world: LitWorld
-    """The scene with nothing before the block."""
-    outside: Outside
-    """What stands there."""
-    light: PassingLight
-    """What passes, in its place."""
-    field: LightField
-    """What it changes of the light in the block and on the object."""
-    samples: int
-    """Camera samples of each pixel that are traced on where the object mirrors."""
-    seed: int
-    """Seed of the frame."""
-
-    def through(self, rest: Untouched, pixels: Numbers) -> Array:
-        """Change of the radiance of some pixels by the paths of one record, shape (pixels, 3)."""
-        paths, world, outside = rest.paths, self.world, self.outside
-        finish = world.content.object_finish
-        seen = paths.glow(world.elements(self.field), pixels)
-        seen += paths.seen_of_room(self.light, pixels)
-        if outside.object is not None or outside.flashlight is not None:
-            seen += paths.seen_outside(None, outside, self.field.irradiance, finish, pixels, room=self.light)
-        seen += paths.mirrored(
-            outside, finish, pixels, lambda starts: follow_camera(
-                world, outside, starts, self.field, seed=self.seed, room=self.light
-            ), samples=MIRRORED_PER_SAMPLE * self.samples, seed=self.seed,
-        )  # fmt: skip
-        return np.asarray(seen)

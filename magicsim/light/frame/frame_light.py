@@ -87,7 +87,7 @@ def touched_light(
     world: LitWorld, before: Before, anchor: Untouched, contact: SurfaceMesh | None, *, least: float,
     particles: int, seed: int,
 ) -> tuple[LightField, LightOrigin]:  # fmt: skip
-    """Light in the deformed block and on the object, and by which way it was made.
+    """Light in the deformed block and on the object, and where it comes from.
 
     Args:
         world: The scene of the frame.

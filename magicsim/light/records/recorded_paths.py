@@ -122,9 +122,9 @@ class RecordedPaths:
         lit = mi.Float(aligned(irradiance, np.float32).ravel())
         numbers = mi.UInt32(aligned(pixels, np.uint32))
         begin, end = (dr.gather(mi.UInt32, self.first, numbers + step) for step in (0, 1))
-        thing, lamps = mi.ShapePtr(outside.object), room is None
+        shape, lamps = mi.ShapePtr(outside.object), room is None
         room = environment if lamps else room
-        met = _met_outside(outside.scene, room, thing, lit, finish, self.rays, begin, end, lamps)
+        met = _met_outside(outside.scene, room, shape, lit, finish, self.rays, begin, end, lamps)
         return np.array(met, np.float64).T
 
     def seen_of_room(self, room: Any, pixels: Numbers) -> Array:
@@ -176,7 +176,7 @@ def _met_room(room: Any, rays: Any, begin: Any, end: Any) -> Any:
     return radiance
 
 
-def _mirror(scene: Any, thing: Any, finish: Finish, rays: Any, numbers: Any, seed: int, samples: int) -> Any:
+def _mirror(scene: Any, shape: Any, finish: Finish, rays: Any, numbers: Any, seed: int, samples: int) -> Any:
     """Mirrored rays and their weights, 0 where there is none: light ones survive in proportion to their weight."""
     ray, weight = _escaped(rays, numbers)
     si = scene.ray_intersect(ray)
@@ -186,7 +186,7 @@ def _mirror(scene: Any, thing: Any, finish: Finish, rays: Any, numbers: Any, see
     direction, share = finish.mirror(si, mi.Point2f(sampler.next_float32(), sampler.next_float32()))
     weight *= share * dr.opaque(mi.Float, samples)
     survive = dr.minimum(weight / ROULETTE_WEIGHT, 1)
-    kept = si.is_valid() & (si.shape == thing) & (sampler.next_float32() < survive)
+    kept = si.is_valid() & (si.shape == shape) & (sampler.next_float32() < survive)
     result = leave(si, si.to_world(direction)), dr.select(kept, weight / survive, 0)
     dr.eval(result)
     return result
@@ -201,14 +201,14 @@ def _escaped(rays: Any, number: Any) -> tuple[Any, Any]:
 
 @dr.syntax  # type: ignore[untyped-decorator]
 def _met_outside(
-    scene: Any, room: Any, thing: Any, lit: Any, finish: Finish, rays: Any, begin: Any, end: Any, lamps: bool
+    scene: Any, room: Any, shape: Any, lit: Any, finish: Finish, rays: Any, begin: Any, end: Any, lamps: bool
 ) -> Any:
     """Sum over each pixel's rays of what they bring."""
     number, radiance = mi.UInt32(begin), mi.Color3f(0.0)
     while number < end:
         ray, weight = _escaped(rays, number)
         si = scene.ray_intersect(ray)
-        on_object = si.is_valid() & (si.shape == thing)
+        on_object = si.is_valid() & (si.shape == shape)
         flux = mi.Color3f(*[dr.gather(mi.Float, lit, 3 * si.prim_index + channel, on_object) for channel in range(3)])
         found = dr.select(on_object, flux * finish.diffuse(si, on_object), 0)
         on_light = si.is_valid() & ~on_object & lamps

@@ -230,9 +230,7 @@ def deposit_tracks(
         spawned = leave(si, si.to_world(local))
         ray.o = dr.select(bumps, on.place, dr.select(scatter, ray(way), spawned.o))
         scattered_to = dr.select(
-            segment.in_infill,
-            scattered(ray.d, sample2, infill.anisotropy),
-            scattered(ray.d, sample2, body.anisotropy),
+            segment.in_infill, scattered(ray.d, sample2, infill.anisotropy), scattered(ray.d, sample2, body.anisotropy)
         )
         ray.d = dr.select(bumps, on.direction, dr.select(scatter, scattered_to, spawned.d))
         at = whereabouts(si, segment.on_infill & ~collide, segment.in_infill & scatter, in_body, shapes.faces)

@@ -64,7 +64,7 @@ class LightStarts:
     @classmethod
     def emitted(cls, parts: Sequence[Sent]) -> Self:
         """Starts of the particles of some lights."""
-        found = [_begun(part) for part in parts]
+        found = [_first_rays(part) for part in parts]
         rays, weights, brightest, seeds, streams, places, inside = zip(*found, strict=True)
         total = sum(part.particles for part in parts)
         origins, directions, carried = (
@@ -124,7 +124,7 @@ class LightStarts:
         )
 
 
-def _begun(part: Sent) -> tuple[Any, ...]:
+def _first_rays(part: Sent) -> tuple[Any, ...]:
     """First rays of the particles of one light and what belongs to them, in the order of the fields above."""
     start = mi.PCG32(size=1, initstate=dr.opaque(mi.UInt64, part.seed))
     shift = [start.next_uint32() for _ in range(4)]

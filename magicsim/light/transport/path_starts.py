@@ -189,7 +189,5 @@ def object_rays(
     numbers = dr.arange(mi.UInt32, count)
     dr.eval(numbers, rays, inside)
     return ObjectRays(
-        starts=ObjectStarts.of(numbers, rays, mi.Float(1), inside),
-        triangle=triangle,
-        area_mm2=represented[triangle],
+        starts=ObjectStarts.of(numbers, rays, mi.Float(1), inside), triangle=triangle, area_mm2=represented[triangle]
     )

@@ -36,15 +36,15 @@ class Finish:
     """Whether light passes as if nothing were there: it must leave every image as it is, which tests the estimator."""
 
     @classmethod
-    def of(cls, thing: ObjectBase, mesh: SurfaceMesh) -> Self:
+    def of(cls, solid: ObjectBase, mesh: SurfaceMesh) -> Self:
         """Finish of a configured object.
 
         Args:
-            thing: The object.
+            solid: The object.
             mesh: Its surface, which brings the colours of its vertices where the object takes them from a file.
         """
         own = mesh.colors is not None
-        return cls(color=thing.color, vertex_colors=own, specular=thing.specular, roughness=thing.roughness)
+        return cls(color=solid.color, vertex_colors=own, specular=solid.specular, roughness=solid.roughness)
 
     def bsdf(self) -> dict[str, Any]:
         """Entry of the scene's dictionary."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from report.synthetic import make_episode
 
-from magicsim.simulation.episode import told_by
+from magicsim.simulation.episode import story_frames
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +20,7 @@ def test_episode_prints_in_one_line_without_arrays(episode):
 
 
 def test_story_holds_the_first_the_deepest_and_the_last_frame(episode):
-    told = [frame.truth.index for frame in told_by(episode.scored)]
+    told = [frame.truth.index for frame in story_frames(episode.scored)]
     deepest = max(episode.scored, key=lambda frame: frame.truth.depth_mm if frame.truth.contact else -1.0)
     assert told == sorted(told)
     assert {episode.scored[0].truth.index, deepest.truth.index, episode.scored[-1].truth.index} <= set(told)
@@ -29,7 +29,7 @@ def test_story_holds_the_first_the_deepest_and_the_last_frame(episode):
 
 def test_notebook_shows_the_story(episode):
     html = episode._repr_html_()
-    assert html.count("<img") == len(told_by(episode.scored))
+    assert html.count("<img") == len(story_frames(episode.scored))
     assert "untouched" in html
 
 
