@@ -3,7 +3,7 @@
 All frames of a film share the sensor's untouched state and its Monte Carlo seed; the camera's noise is drawn
 afterwards, so that every state can be seen many times for the price of one rendering. A design is filmed several times,
 each with random numbers of its own, so that what the rendering's noise does to a measure shows. Every depth is solved
-once, in the middle of the face, and moved to each touched place (see `deform.central`).
+once, in the middle of the face, and moved to each touched place (see `magicsim.deform.lattice.spot`).
 """
 
 import time
