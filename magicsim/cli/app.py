@@ -17,10 +17,6 @@ from magicsim.errors import ConfigError
 def read_words(kind: type[Any], tokens: Sequence[Token]) -> Any:  # noqa: ANN401 - whatever the option takes
     """Reads words as cyclopts does, but for fractions where a whole number is taken, which it would round.
 
-    Args:
-        kind: What the option takes.
-        tokens: Its words.
-
     Raises:
         ValueError: With what is wrong, in one line; cyclopts reports it.
     """

@@ -10,11 +10,7 @@ WIDE = 3
 
 
 def lines_of(values: Mapping[str, Any]) -> Iterator[str]:
-    """Lines of a result.
-
-    Args:
-        values: What would be printed as JSON.
-    """
+    """Lines of a result."""
     for key, value in values.items():
         if isinstance(value, (list, tuple)) and value and all(isinstance(each, dict) for each in value):
             yield f"{key}:"

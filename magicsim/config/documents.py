@@ -47,10 +47,6 @@ def read_json(path: Path) -> Any:  # noqa: ANN401 - whatever the file holds
 def parse_toml(text: str, *, source: str) -> dict[str, Any]:
     """Parses a TOML text.
 
-    Args:
-        text: The text.
-        source: What errors call it.
-
     Raises:
         ConfigError: Not valid TOML, or nested too deeply.
     """
@@ -62,10 +58,6 @@ def parse_toml(text: str, *, source: str) -> dict[str, Any]:
 
 def parse_json(text: str, *, source: str) -> Any:  # noqa: ANN401 - whatever the text holds
     """Parses a JSON text.
-
-    Args:
-        text: The text.
-        source: What errors call it.
 
     Raises:
         ConfigError: Not valid JSON, or nested too deeply.

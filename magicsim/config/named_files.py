@@ -90,9 +90,6 @@ def file_hashes(data: object) -> dict[str, str]:
     """SHA-256 of the files that a configuration names and that are there, by name; a folder stands for its meshes.
 
     A TOML file brings those that it names in its turn, an OBJ file its materials and textures.
-
-    Args:
-        data: Plain values.
     """
     hashes: dict[str, str] = {}
     waiting = sorted(named_files(data))
@@ -108,9 +105,6 @@ def named_files(data: object) -> set[str]:
     """Names of files and folders in a configuration: meshes, pictures, height maps, rooms, and TOML files in place.
 
     Rooms that come with the program are no files of the user's.
-
-    Args:
-        data: Plain values.
     """
     return set(_names(data))
 

@@ -19,12 +19,7 @@ BOUNDS = {"ge": "of at least", "gt": "above", "le": "at most", "lt": "below"}
 
 
 def describe_problems(model: type[BaseModel], error: ValidationError) -> str:
-    """All problems, unknown keys before others: in full as long as the line allows, then by their keys.
-
-    Args:
-        model: What was validated.
-        error: What came of it.
-    """
+    """All problems, unknown keys before others: in full as long as the line allows, then by their keys."""
     errors = error.errors(include_url=False)
     problems = [each for each in errors if not _follows(each, errors)]
     problems.sort(key=lambda problem: problem["type"] != "extra_forbidden")

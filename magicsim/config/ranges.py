@@ -10,13 +10,6 @@ from magicsim.errors import ConfigError
 def check_number(name: str, value: float, low: float, high: float, *, whole: bool = False) -> None:
     """Refuses a number outside of a range.
 
-    Args:
-        name: What the user calls it.
-        value: The number.
-        low: Smallest that is allowed.
-        high: Largest.
-        whole: Whether it must be a whole number.
-
     Raises:
         ConfigError: It is not finite, not whole, or outside.
     """
@@ -31,13 +24,6 @@ def check_number(name: str, value: float, low: float, high: float, *, whole: boo
 
 def check_vector(name: str, value: object, low: float, high: float, *, length: int = 3) -> None:
     """Refuses what is no row of numbers in a range.
-
-    Args:
-        name: What the user calls it.
-        value: The numbers.
-        low: Smallest that is allowed.
-        high: Largest.
-        length: How many.
 
     Raises:
         ConfigError: There are more or fewer, or one is not finite or outside.

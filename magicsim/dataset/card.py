@@ -34,11 +34,7 @@ LEAST_HEIGHT_MM = 5.0
 
 
 def force_error(recipe: Recipe) -> dict[str, Share | None]:
-    """Shares by cause, and their root of squares as `total`; None where the error is not known.
-
-    Args:
-        recipe: Of the dataset.
-    """
+    """Shares by cause, and their root of squares as `total`; None where the error is not known."""
     kinds = {each.kind for each in recipe.objects}
     parts = {
         "lattice": EDGES if kinds & FLAT_KINDS else LATTICE,

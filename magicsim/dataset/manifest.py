@@ -115,11 +115,6 @@ def check_size(folder: Path, name: str, listed: Listed) -> None:
 def listed_content(folder: Path, name: str, listed: Listed) -> bytes:
     """Content of a file, which must be what the manifest lists.
 
-    Args:
-        folder: Of the dataset.
-        name: Of the file below it.
-        listed: What the manifest says of it.
-
     Raises:
         OutputError: It is missing, cannot be read, or has changed; the message names it.
     """

@@ -285,11 +285,6 @@ def changed_preview(out: Path) -> list[str]:
 def write_preview(out: Path, sheet: bytes, statistics: Mapping[str, Any]) -> None:
     """Writes both files, each whole or not at all.
 
-    Args:
-        out: Their folder.
-        sheet: PNG file.
-        statistics: Values for JSON.
-
     Raises:
         OutputError: They cannot be written, or would replace something that magicsim did not write.
     """

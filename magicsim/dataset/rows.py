@@ -67,13 +67,7 @@ def episode_table(
 def frame_rows(
     frames: Iterable[SimulatedFrame], scene: SceneConfig, calibration: CameraCalibration
 ) -> Iterator[dict[str, Any]]:
-    """The columns of each frame that do not come from a recipe.
-
-    Args:
-        frames: In order.
-        scene: What was simulated.
-        calibration: Of the sensor that it was simulated on.
-    """
+    """The columns of each frame that do not come from a recipe."""
     shared = _of_scene(scene, calibration)
     return (_row(frame, scene) | shared for frame in frames)
 

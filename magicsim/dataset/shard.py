@@ -164,11 +164,6 @@ def read_episodes(path: Path, wanted: set[int]) -> Iterator[tuple[int, pa.Table]
 def read_shard(folder: Path, entry: ShardEntry, schema: pa.Schema) -> pa.Table:
     """Rows of a finished shard, whose bytes must be those that the manifest lists.
 
-    Args:
-        folder: Of the dataset.
-        entry: The shard.
-        schema: Of the result.
-
     Raises:
         OutputError: It is missing, has changed, or holds other rows or columns; the message names it.
     """
@@ -197,11 +192,7 @@ def as_schema(table: pa.Table, schema: pa.Schema) -> pa.Table:
 
 
 def decoded_png(content: object) -> npt.NDArray[Any] | None:
-    """Pixels of a PNG: (rows, columns, 3) RGB of a frame, (rows, columns) of a mask; None where it cannot be decoded.
-
-    Args:
-        content: Its bytes; anything else is no picture.
-    """
+    """Pixels of a PNG: (rows, columns, 3) RGB of a frame, (rows, columns) of a mask; None if it cannot be decoded."""
     if not isinstance(content, bytes) or not content.startswith(SIGNATURE) or is_damaged_png(content):
         return None
     try:

@@ -182,9 +182,6 @@ class Episode:
     def save(self, path: Path) -> None:
         """Writes `arrays` to an `.npz` file, which appears whole or not at all.
 
-        Args:
-            path: The file.
-
         Raises:
             OutputError: It cannot be written, or is there and not of magicsim.
         """
@@ -210,9 +207,6 @@ def frame_file(index: int) -> str:
 def truth_arrays(truths: Sequence[FrameTruth]) -> dict[str, npt.NDArray[Any]]:
     """Ground truth as arrays with one entry a frame.
 
-    Args:
-        truths: In order.
-
     Returns:
         `time_s`, `is_reference`, `gap_mm` (NaN without an object), `depth_mm`, `force_n` and `torque_nmm` of shape
         (frames, 3), `contact_area_mm2`, `contact`, `flashlight`, `frame_class` (empty where a frame is not scored).
@@ -233,11 +227,7 @@ def truth_arrays(truths: Sequence[FrameTruth]) -> dict[str, npt.NDArray[Any]]:
 
 
 def story_frames(frames: Sequence[SimulatedFrame]) -> list[SimulatedFrame]:
-    """The few frames that tell a story: first, nearest before contact, lightest and hardest touch, light, last.
-
-    Args:
-        frames: In order, at least one.
-    """
+    """The few frames that tell a story: first, nearest before contact, lightest and hardest touch, light, last."""
     gaps = {number: frame.truth.state.gap_mm for number, frame in enumerate(frames)}
     near = [number for number, gap in gaps.items() if gap is not None and gap > 0]
     touching = [number for number, frame in enumerate(frames) if frame.truth.contact]

@@ -64,10 +64,6 @@ class ScenePlan:
 def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
     """Plans an episode.
 
-    Args:
-        scene: What happens.
-        leave_out: False plans every frame in full, for comparison.
-
     Raises:
         ConfigError: The object would be outside of a near room.
     """
@@ -107,12 +103,7 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
 
 
 def as_seen(design: ElastomerDesign, state: FrameState) -> FrameState:
-    """The state without what a coat hides: flashlight, facing finger, and an object that does not touch.
-
-    Args:
-        design: The block.
-        state: Where everything is.
-    """
+    """The state without what a coat hides: flashlight, facing finger, and an object that does not touch."""
     if not design.is_opaque:
         return state
     hidden = replace(state, flashlight=False, light_x_mm=0.0, facing_mm=None, passing_mm=None, companion=None)

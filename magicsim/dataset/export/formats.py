@@ -42,11 +42,6 @@ class Exported:
 def export_dataset(folder: Path, out: Path, layout: Format) -> Exported:
     """Writes a finished dataset in another layout.
 
-    Args:
-        folder: The dataset.
-        out: New folder, there only once it is whole.
-        layout: Which library's.
-
     Raises:
         OutputError: There is no finished dataset or a file of it is not as it was written, or the target exists, is
             inside of the dataset or cannot be written.
