@@ -1,4 +1,4 @@
-"""A rough interface for Mitsuba's own integrators, by the walk of `facets`.
+"""A rough interface for Mitsuba's own integrators, by the walk of `rough_surfaces`.
 
 Mitsuba's `roughdielectric` follows one bounce and loses what meets a second facet, most of it in light that a block
 traps. Directions that this material draws count as single ones, whose density nobody asks for.

@@ -64,7 +64,7 @@ class Media:
     top_mm: float
     """Height above which the body's shape is the clear lens plate, which absorbs as the body does [mm]."""
     skin_roughness: float = 0.0
-    """Slope that half of the facets of the block's outer faces exceed, see `flaws.facets`."""
+    """Slope that half of the facets of the block's outer faces exceed, see `flaws.rough_surfaces`."""
     wall_roughness: float = 0.0
     """Slope that half of the facets of the cells' walls exceed."""
 
