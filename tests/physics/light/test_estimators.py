@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.scenes.timeline import timeline
+from magicsim.scenes.timeline import View, timeline
 from magicsim.simulation.sensor import Sensor
 
 AGREEMENT = 0.01
@@ -40,3 +40,16 @@ def test_fluence_agrees_with_path_tracing_within_one_percent(name, small_scene):
     noise = np.hypot(error / fluence, path_error / path)
     assert noise.max() < AGREEMENT / 3
     assert (np.abs(fluence / path - 1) < AGREEMENT).all()
+
+
+def test_mi_render_runs_the_fluence_estimator(small_scene):
+    from magicsim.light.backend import mi
+    from magicsim.light.transport.integrator import FluenceIntegrator
+
+    scene = small_scene("rest", "rig.camera.blur_px=0", seed=7)
+    renderer = Sensor.for_scene(scene).renderer
+    expected = renderer.plain_radiance(View())
+    light = renderer.light(View())
+    integrator = FluenceIntegrator(light, particles=scene.render.particles)
+    image = np.array(mi.render(light.scene, integrator=integrator, spp=scene.render.samples, seed=7))
+    np.testing.assert_array_equal(image, expected)
