@@ -29,7 +29,7 @@ def test_completion_is_a_script_that_its_shell_reads(shell: Shell, name: str, tm
 
 def test_bash_completes_a_command(shell: Shell, tmp_path):
     (tmp_path / "script").write_text(shell("completion", "bash").out)
-    ask = "source ./script; COMP_WORDS=(magicsim duro); COMP_CWORD=1; _magicsim; echo ${COMPREPLY[@]}"
+    ask = "source ./script; COMP_WORDS=(magicsim simu); COMP_CWORD=1; _magicsim; echo ${COMPREPLY[@]}"
     if shutil.which("bash"):
         done = subprocess.run(["bash", "-c", ask], capture_output=True, text=True, check=True, cwd=tmp_path)
-        assert done.stdout.split() == ["durometer"]
+        assert done.stdout.split() == ["simulate"]
