@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-SCENES = Path(__file__).resolve().parent / "scenes"
-RECIPES = SCENES / "recipes"
-STUDIES = SCENES / "studies"
-ITEMS = SCENES / "items"
+_SCENES = Path(__file__).resolve().parent / "scenes"
+STUDIES = _SCENES / "studies"
+ITEMS = _SCENES / "items"
