@@ -1,4 +1,4 @@
-"""What a detector must offer to be judged, the built-in one, and how a plug-in is maker and called."""
+"""What a detector must offer to be judged, the built-in one, and how a plug-in is made and called."""
 
 import importlib
 import importlib.util

@@ -63,7 +63,7 @@ class Shapes:
 
 
 def lights(scene: Any) -> list[str]:
-    """Names of the lights, in a fixed order: strips, light from all around, flashlight.
+    """Names of the lights, in a fixed order: LEDs, ring and strips by name, light from all around, flashlight.
 
     The flashlight is last: it may stand in a scene of its own, of which the other lights' random numbers must not tell.
     """
