@@ -9,8 +9,9 @@ from sphinx.util.docutils import SphinxDirective
 from magicsim.cli import entry  # noqa: F401 - registers the commands
 from magicsim.cli.app import app
 
-CALLED = re.compile(r"(?<=```console\n)[^\n]*?(?= --| \[| [A-Z])")
-"""How the usage line calls the command, which depends on what runs this build."""
+CALLED = re.compile(r"^(#+ )([\w -]+)\n\n```console\n[^\n]*?(?= --| \[| [A-Z]|\n)", re.MULTILINE)
+"""A heading, and how the usage line below it calls the command, which depends on what runs this build."""
+CONTENTS = re.compile(r"^#+ Table of Contents\n\n(?: *- .*\n)+\n", re.MULTILINE)
 
 
 class Command(SphinxDirective):
@@ -22,10 +23,8 @@ class Command(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """Parses the program's own Markdown in place."""
         names = [name.strip() for name in self.arguments[0].split(",")]
-        texts = [
-            CALLED.sub(f"magicsim {name}", app[name].generate_docs(output_format="markdown", heading_level=2))
-            for name in names
-        ]
+        pages = [app[name].generate_docs(output_format="markdown", heading_level=2) for name in names]
+        texts = [CALLED.sub(r"\1\2\n\n```console\nmagicsim \2", CONTENTS.sub("", page)) for page in pages]
         return self.parse_text_to_nodes("\n".join(texts), allow_section_headings=True)
 
 

@@ -95,7 +95,7 @@ def import_frames(
     """Make a dataset of recorded frames and their labels, or say what a description of them should set.
 
     The description is a TOML file that names frames (folders or videos), CSV files and their columns. The dataset has
-    the columns of a simulated one: `detect`, `evaluate --on`, `calibrate`, `fit` and `estimate` read it alike.
+    the columns of a simulated one: `detect`, `evaluate --on`, `fit profile`, `fit optics` and `estimate` read it alike.
     """
     from magicsim.cli.progress import show_progress
     from magicsim.dataset.real.description import load_real

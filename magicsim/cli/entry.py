@@ -66,7 +66,7 @@ def main() -> None:
             sys.stderr.write(f"magicsim: '{asked[0]}' is '{' '.join(words[:2])}' now\n")
     except UnknownCommandError as error:
         word = (error.unused_tokens or [""])[0]
-        choices = [name for name in app if name[0] != "-"]
+        choices = [name for name in app if name[0] != "-" and app[name].show]
         _fail(missing_experiments(word) if word in EXPERIMENTS else unknown_choice("command", word, choices))
     except CycloptsError as error:
         _fail(" ".join(str(error).split()))

@@ -39,7 +39,7 @@ def sensor_refusal(design: ElastomerDesign, rig: Rig, *, is_recorded: bool) -> s
     if design.mounting.base != "bonded":
         return (
             "design.mounting.base = 'table' is not allowed in a scene: must be 'bonded', since an image is of a "
-            "block in contact with its lens; `press` and `durometer` take both"
+            "block in contact with its lens; `press` takes both"
         )
     top = design.height_mm + rig.lens.thickness_mm
     leds = (led.problem(number, design.footprint_mm, top) for number, led in enumerate(rig.leds))

@@ -52,7 +52,7 @@ def study(
     resume: Annotated[bool, Parameter(negative="", help="Go on with the folder's study.")] = False,
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
-    """Run a published experiment on a design, and write its tables, figures and a page; `list studies` names them.
+    """Run a published experiment on a design, and write its tables, figures and a page; `info list studies` names them.
 
     A run that was stopped or killed goes on with --resume, and ends with the same bytes as one that was not.
     """

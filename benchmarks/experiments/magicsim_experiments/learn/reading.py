@@ -41,7 +41,7 @@ class FrameReader:
         if (rows, columns) != (config.frame_rows, config.frame_columns):
             msg = (
                 f"{what} has {columns} x {rows} pixels; the model takes frames of {config.frame_columns} x "
-                f"{config.frame_rows}; `magicsim real` brings recorded ones to that with "
+                f"{config.frame_rows}; `dataset import` brings recorded ones to that with "
                 f"frames.size_px = [{config.frame_columns}, {config.frame_rows}]"
             )
             raise FrameError(msg)
