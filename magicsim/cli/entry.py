@@ -46,7 +46,7 @@ EARLIER = {
 }
 """Earlier names of commands, which still work, and what they are now."""
 FITS = ("optics", "profile")
-"""What `fit` fits; without a word of these, as earlier, it fits `optics`."""
+"""What `fit` fits; where its first word is none of these, as earlier, it fits `optics`."""
 STOPPED, UNREAD, TERMINATED = 130, 141, 143
 """Exit codes after SIGINT, SIGPIPE and SIGTERM, as a shell gives them."""
 
@@ -96,7 +96,7 @@ def present_words(words: list[str]) -> list[str]:
     first, rest = words[:1], words[1:]
     if first and first[0] in EARLIER:
         return [*EARLIER[first[0]], *rest]
-    if first == ["fit"] and rest and not set(rest) & {*FITS, "--help", "-h"}:
+    if first == ["fit"] and rest and rest[0] not in (*FITS, "--help", "-h"):
         return ["fit", "optics", *rest]
     return words
 

@@ -74,6 +74,7 @@ def test_earlier_name_works_and_says_the_present_one(shell: Shell):
 
 def test_fit_without_a_word_fits_optics(shell: Shell):
     assert present_words(["fit", "images", "--out", "x"]) == ["fit", "optics", "images", "--out", "x"]
+    assert present_words(["fit", "images", "--out", "profile"]) == ["fit", "optics", "images", "--out", "profile"]
     assert present_words(["fit", "profile", "run"]) == ["fit", "profile", "run"]
 
 
