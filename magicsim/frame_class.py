@@ -51,8 +51,7 @@ def classify_frame(
     """
     for name, value in (("gap_mm", gap_mm), ("force_n", force_n)):
         if value is not None and not math.isfinite(value):
-            msg = f"{name} = {value} is not allowed; must be a finite number"
-            raise ConfigError(msg)
+            raise ConfigError(f"{name} = {value} is not allowed; must be a finite number")
     if is_reference:
         return None
     if gap_mm is None:

@@ -15,8 +15,7 @@ def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], 
 
     def load(name: str) -> object:
         if name not in homes:
-            msg = f"module '{package}' has no attribute '{name}'"
-            raise AttributeError(msg)
+            raise AttributeError(f"module '{package}' has no attribute '{name}'")
         module, _, own_name = homes[name].partition(":")
         value = getattr(importlib.import_module(module), own_name or name)
         setattr(sys.modules[package], name, value)

@@ -143,11 +143,10 @@ class Camera(Config):
             abs(offset) > size / 2
             for offset, size in zip(self.principal_offset_px, (self.columns, self.rows), strict=True)
         ):
-            msg = (
+            raise ValueError(
                 f"principal_offset_px = {list(self.principal_offset_px)} is not allowed: must lie in the image of "
                 f"{self.columns} x {self.rows} pixels, counted from its centre"
             )
-            raise ValueError(msg)
         return self
 
     @model_validator(mode="after")
@@ -171,11 +170,10 @@ class Camera(Config):
         if self.region_px is not None:
             column, row, columns, rows = self.region_px
             if column + columns > self.columns or row + rows > self.rows:
-                msg = (
+                raise ValueError(
                     f"region_px = {list(self.region_px)} is not allowed: must lie in the image of {self.columns} x "
                     f"{self.rows} pixels"
                 )
-                raise ValueError(msg)
             used = [name for name, off in WHOLE_IMAGE.items() if getattr(self, name) != off]
             if used or self.shutter.moves:
                 msg = f"region_px is not allowed with {(used or ['shutter.moves'])[0]}: it needs the whole image"

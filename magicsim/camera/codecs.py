@@ -61,8 +61,7 @@ def _pyav() -> Any:  # noqa: ANN401 - PyAV is optional
     try:
         import av
     except ModuleNotFoundError:
-        msg = "camera.compression.kind = 'h264' needs PyAV; `pip install magicsim[video]`"
-        raise ConfigError(msg) from None
+        raise ConfigError("camera.compression.kind = 'h264' needs PyAV; `pip install magicsim[video]`") from None
     return av
 
 

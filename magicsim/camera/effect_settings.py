@@ -49,11 +49,10 @@ class LiveExposure(Config):
         for name in ("time_constant_frames", "white_balance_frames"):
             value = getattr(self, name)
             if value <= least:
-                msg = (
+                raise ValueError(
                     f"{name} = {value:g} is not allowed with delay_frames = {self.delay_frames}: exposure would swing "
                     f"and never settle; must be above {least:.3g}"
                 )
-                raise ValueError(msg)
         return self
 
 

@@ -60,12 +60,11 @@ def meter(untouched: FloatImage, camera: Camera, lit: Lit = (True, True, True)) 
     elif seen.any():
         mean = np.where(seen, mean, mean[seen].mean())
     if not (mean > 0).all() or not np.isfinite(mean).all():
-        msg = (
+        raise RenderError(
             f"auto-exposure fails: mean radiance of the untouched sensor is {mean.round(6).tolist()} (RGB), "
             "each channel must be above 0; light reaches the camera only through scattering "
             "(materials.infill.sigma_s_per_mm)"
         )
-        raise RenderError(msg)
     return Exposure(gain=aim / mean)
 
 

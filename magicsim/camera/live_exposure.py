@@ -110,12 +110,11 @@ def settled(sensed: FloatImage, live: LiveExposure, *, aim: float, first: Array)
         raise RenderError(msg)
     reached = float(means.mean())
     if live.exposure and abs(np.log(max(reached, FAINTEST) / aim)) > max(live.tolerance, 100 * SETTLED):
-        msg = (
+        raise RenderError(
             f"live exposure never settles on the untouched sensor: its mean signal is {reached:.3g} of white at the "
             f"limit of the gains (camera.live.gain_limits = {list(live.gain_limits)}), {aim:.3g} is aimed at "
             "(camera.exposure_grey)"
         )
-        raise RenderError(msg)
     return gain
 
 

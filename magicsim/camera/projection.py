@@ -92,11 +92,10 @@ def pixel_slopes(camera: Camera, focal: float) -> Array:
         slopes = np.asarray(slopes + missed / focal, float)
         if np.abs(missed).max() < UNDISTORT_PX:
             return np.asarray(slopes)
-    msg = (
+    raise RenderError(
         f"camera.distortion = {list(camera.distortion)} is not allowed: it folds the image of {camera.columns} x "
         f"{camera.rows} pixels with a focal length of {focal:.0f} px"
     )
-    raise RenderError(msg)
 
 
 def principal_px(camera: Camera) -> Array:

@@ -22,8 +22,7 @@ def read_words(kind: type[Any], tokens: Sequence[Token]) -> Any:  # noqa: ANN401
     """
     for token in tokens if kind is int else ():
         if "." in token.value and not _is_whole(token.value):
-            msg = f"{token.value} is not allowed: must be a whole number"
-            raise ValueError(msg)
+            raise ValueError(f"{token.value} is not allowed: must be a whole number")
     return convert(kind, tokens)
 
 
@@ -63,8 +62,7 @@ def limit_threads(threads: int | None) -> None:
     if threads is None:
         return
     if not 1 <= threads <= MAX_THREADS:
-        msg = f"threads = {threads} is not allowed: must be 1 to {MAX_THREADS}"
-        raise ConfigError(msg)
+        raise ConfigError(f"threads = {threads} is not allowed: must be 1 to {MAX_THREADS}")
     from magicsim.light.backend import dr
 
     dr.set_thread_count(threads)
@@ -77,8 +75,7 @@ def refuse_settings(settings: list[str] | None, command: str, why: str = "") -> 
         ConfigError: Something is set.
     """
     if settings:
-        msg = f"--set {settings[0]} is not allowed with {command}{why}"
-        raise ConfigError(msg)
+        raise ConfigError(f"--set {settings[0]} is not allowed with {command}{why}")
 
 
 def fields_of(result: object) -> dict[str, Any]:

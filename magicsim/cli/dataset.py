@@ -115,18 +115,15 @@ def import_frames(
 
 def _preview(recipe: "Recipe", out: Path, count: int, options: "WorkerOptions", *, as_json: bool) -> None:
     if not 1 <= count <= MOST_FRAMES:
-        msg = f"preview = {count} is not allowed: must be 1 to {MOST_FRAMES} frames"
-        raise ConfigError(msg)
+        raise ConfigError(f"preview = {count} is not allowed: must be 1 to {MOST_FRAMES} frames")
     if out.is_file():
-        msg = f"output folder '{out}' is a file; name a new folder"
-        raise OutputError(msg)
+        raise OutputError(f"output folder '{out}' is a file; name a new folder")
     from magicsim.dataset.preview import preview_recipe
 
     try:
         out.mkdir(parents=True, exist_ok=True)  # what cannot be written is told before anything is rendered
     except OSError as error:
-        msg = f"cannot write {out}: {error.strerror or error}"
-        raise OutputError(msg) from None
+        raise OutputError(f"cannot write {out}: {error.strerror or error}") from None
 
     print_result(fields_of(preview_recipe(recipe, out, count, options)), as_json=as_json)
 

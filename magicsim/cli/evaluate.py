@@ -47,8 +47,7 @@ def evaluate(
         msg = f"--profile {profile} is not allowed with --detector: a profile belongs to the built-in detectors"
         raise ConfigError(msg)
     if quick and on is not None:
-        msg = "--quick is not allowed with --on: frames that exist need no rendering"
-        raise ConfigError(msg)
+        raise ConfigError("--quick is not allowed with --on: frames that exist need no rendering")
     config = load_suite(suite, settings or [], seed=seed)
     make = named_detector(detector, profile=profile)
     make()  # what cannot be made is told before anything is rendered

@@ -66,8 +66,7 @@ def profile(
     from magicsim.judge.profile_fit import calibrate
 
     if not episodes:
-        msg = "episodes are missing; give at least one folder of a labelled episode"
-        raise ConfigError(msg)
+        raise ConfigError("episodes are missing; give at least one folder of a labelled episode")
     with quiet_opencv():
         summary = fields_of(calibrate(episodes, out, base=base, settings=settings or [], read=labelled_episodes))
     if not json:
@@ -87,6 +86,5 @@ def _frame(text: str) -> tuple[int, str]:
 def _blocks(text: str) -> tuple[int, int]:
     down, separator, across = text.partition("x")
     if not separator or not down.isdecimal() or not across.isdecimal():
-        msg = f"blocks = {text} is not allowed: must be two whole numbers, down and across, as in 8x6"
-        raise ConfigError(msg)
+        raise ConfigError(f"blocks = {text} is not allowed: must be two whole numbers, down and across, as in 8x6")
     return int(down), int(across)

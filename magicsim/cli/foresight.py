@@ -22,12 +22,11 @@ def check_memory(scene: SceneConfig) -> None:
     needed, there = episode_bytes(scene), memory_bytes()
     if there is not None and needed > there:
         camera, frames = scene.rig.camera, scene.references + scene.frame_count
-        msg = (
+        raise ConfigError(
             f"{frames} frames of {camera.columns} x {camera.rows} pixels with their labels take about "
             f"{needed / 1e9:.0f} GB of memory, and there are {there / 1e9:.0f} GB: make several episodes, or leave out "
             "output.displacements, output.contact_mask, output.depth_map or output.taxels"
         )
-        raise ConfigError(msg)
 
 
 def memory_bytes() -> int | None:

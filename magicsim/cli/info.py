@@ -88,5 +88,4 @@ def camera(
 def bench(*words: Annotated[str, Parameter(allow_leading_hyphen=True)]) -> None:
     """Say where the benchmarks are."""
     kind = next((word for word in words if word in {"stress", "cost", "render"}), "deform")
-    msg = f"bench is a script of the repository now: python benchmarks/{kind}.py"
-    raise ConfigError(msg)
+    raise ConfigError(f"bench is a script of the repository now: python benchmarks/{kind}.py")

@@ -25,8 +25,7 @@ def live(
     from magicsim.live.subject import find_subject
 
     if not LOWEST_PORT <= port <= HIGHEST_PORT:
-        msg = f"port = {port} is not allowed: must be {LOWEST_PORT} to {HIGHEST_PORT}"
-        raise ConfigError(msg)
+        raise ConfigError(f"port = {port} is not allowed: must be {LOWEST_PORT} to {HIGHEST_PORT}")
     scene = find_subject(subject, settings or [], seed=seed, object=object)
     limit_threads(threads)
     from magicsim.live.window import LiveWindow

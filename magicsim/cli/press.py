@@ -100,8 +100,7 @@ def _curve(
     check_number("points", points, 2, MAX_POINTS, whole=True)
     check_depth(depth_mm, block)
     if depth_mm == 0:
-        msg = "depth_mm = 0 is not allowed with curve: must be above 0"
-        raise ConfigError(msg)
+        raise ConfigError("depth_mm = 0 is not allowed with curve: must be above 0")
     depths = [depth_mm * number / (points - 1) for number in range(points)]
     with show_progress(title) as progress:
         found = press_curve(block, thing, depths, friction=friction, progress=progress)
@@ -111,8 +110,7 @@ def _curve(
 
 def _refuse_beside_curve(others: dict[str, bool]) -> None:
     for name in (name for name, is_given in others.items() if is_given):
-        msg = f"{name} is not allowed with curve: a curve is a straight press without time"
-        raise ConfigError(msg)
+        raise ConfigError(f"{name} is not allowed with curve: a curve is a straight press without time")
 
 
 def _pair(name: str, text: str) -> tuple[float, float]:
@@ -120,6 +118,5 @@ def _pair(name: str, text: str) -> tuple[float, float]:
     try:
         x, y = (float(part) for part in parts)
     except ValueError:
-        msg = f"{name} = '{text}' is not allowed: must be two numbers X,Y"
-        raise ConfigError(msg) from None
+        raise ConfigError(f"{name} = '{text}' is not allowed: must be two numbers X,Y") from None
     return x, y

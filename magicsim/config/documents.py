@@ -69,15 +69,12 @@ def _read(path: Path, kind: str, most: int) -> str:
     try:
         size = path.stat().st_size
         if size > most:
-            msg = f"{path} has {size} bytes: a {kind} file may have at most {most}"
-            raise ConfigError(msg)
+            raise ConfigError(f"{path} has {size} bytes: a {kind} file may have at most {most}")
         return path.read_text(encoding="utf-8")
     except OSError as error:
-        msg = f"cannot read {path}: {error.strerror or error}"
-        raise ConfigError(msg) from None
+        raise ConfigError(f"cannot read {path}: {error.strerror or error}") from None
     except UnicodeDecodeError:
-        msg = f"{path} is not valid {kind}: not a text in UTF-8"
-        raise ConfigError(msg) from None
+        raise ConfigError(f"{path} is not valid {kind}: not a text in UTF-8") from None
 
 
 def _parsed(parse: Callable[[str], Any], text: str, kind: str, source: str) -> Any:  # noqa: ANN401 - as above
@@ -86,8 +83,7 @@ def _parsed(parse: Callable[[str], Any], text: str, kind: str, source: str) -> A
     except RecursionError:
         raise ConfigError(_too_deep(source)) from None
     except ValueError as error:  # wrong syntax, or a whole number with thousands of digits
-        msg = f"{source} is not valid {kind}: {error}"
-        raise ConfigError(msg) from None
+        raise ConfigError(f"{source} is not valid {kind}: {error}") from None
     if is_nested_deeper(values, MAX_DEPTH):
         raise ConfigError(_too_deep(source))
     return values

@@ -29,8 +29,7 @@ class Config(BaseModel):
             parts = value if isinstance(value, list | tuple) else (value,)
             field = cls.model_fields.get(key)
             if field is not None and field.annotation is not bool and any(isinstance(part, bool) for part in parts):
-                msg = f"{key} = {value!r} is not allowed: must not be true or false"
-                raise ValueError(msg)
+                raise ValueError(f"{key} = {value!r} is not allowed: must not be true or false")
         return data
 
 
@@ -112,8 +111,7 @@ def apply_overrides(data: Mapping[str, Any], overrides: Sequence[str]) -> dict[s
         key, separator, text = override.partition("=")
         parts = key.strip().split(".")
         if not separator or not all(parts):
-            msg = f"override '{override}' is not of the form dotted.key=value"
-            raise ConfigError(msg)
+            raise ConfigError(f"override '{override}' is not of the form dotted.key=value")
         if len(parts) > MAX_DEPTH:
             msg = f"override '{override}' is nested too deeply: at most {MAX_DEPTH} keys inside each other are allowed"
             raise ConfigError(msg)
@@ -121,8 +119,7 @@ def apply_overrides(data: Mapping[str, Any], overrides: Sequence[str]) -> dict[s
         for part in parts[:-1]:
             inner = table.get(part, {})
             if not isinstance(inner, Mapping):
-                msg = f"override '{override}': '{part}' is a value, not a table"
-                raise ConfigError(msg)
+                raise ConfigError(f"override '{override}': '{part}' is a value, not a table")
             table[part] = dict(inner)
             table = table[part]
         table[parts[-1]] = _parse_value(text.strip())
@@ -135,8 +132,7 @@ def _parse_value(text: str) -> object:
         table = parse_toml(f"value = {text}", source="the value")
     except ConfigError as error:
         if text[:1] in {"[", "{"}:
-            msg = f"override value '{shortened(text, NAME_LENGTH)}': {error}"
-            raise ConfigError(msg) from None
+            raise ConfigError(f"override value '{shortened(text, NAME_LENGTH)}': {error}") from None
         return text
     return table["value"] if len(table) == 1 else text
 
@@ -150,5 +146,4 @@ def validate(model: type[ConfigT], data: Mapping[str, Any], *, source: str) -> C
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        msg = f"{source}: {describe_problems(model, error)}"
-        raise ConfigError(msg) from None
+        raise ConfigError(f"{source}: {describe_problems(model, error)}") from None

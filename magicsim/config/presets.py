@@ -67,11 +67,10 @@ def find_preset(kind: str, name: str | Path) -> Path:
     if text.endswith(".toml") or "/" in text or "\\" in text:
         path = expanded(text)
         if not is_file(path):
-            msg = (
+            raise PresetError(
                 f"{kind} file '{shortened(text, 2 * NAME_LENGTH)}' does not exist; give a TOML file or one of: "
                 f"{', '.join(preset_names(kind))}"
             )
-            raise PresetError(msg)
         return path
     files = _files(kind)
     if text not in files:

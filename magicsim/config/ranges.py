@@ -30,8 +30,7 @@ def check_vector(name: str, value: object, low: float, high: float, *, length: i
     """
     parts = list(value) if isinstance(value, Iterable) and not isinstance(value, str) else []
     if len(parts) != length:
-        msg = f"{name} = {value!r} is not allowed: must be {length} numbers"
-        raise ConfigError(msg)
+        raise ConfigError(f"{name} = {value!r} is not allowed: must be {length} numbers")
     for each in parts:
         check_number(name, each, low, high)
 

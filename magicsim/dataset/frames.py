@@ -110,8 +110,7 @@ class FrameTable:
             raise ConfigError(unknown_choice("group", group, GROUPS))
         weights = np.array(list(shares.values()), float)
         if not len(weights) or not (weights > 0).all():
-            msg = f"shares = {dict(shares)} is not allowed: must be weights above 0"
-            raise ConfigError(msg)
+            raise ConfigError(f"shares = {dict(shares)} is not allowed: must be weights above 0")
         values = self._plain(GROUPS[group])
         names, member = np.unique(values, return_inverse=True)
         if len(names) < len(weights):

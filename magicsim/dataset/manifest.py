@@ -71,8 +71,7 @@ class Manifest(FolderIndex):
         for name in (*self.files, *(entry.file for entry in self.shards)):
             path = PurePosixPath(name)
             if path.is_absolute() or ".." in path.parts or not path.name:
-                msg = f"file = '{name}' is not allowed: must be a path below the dataset's folder"
-                raise ValueError(msg)
+                raise ValueError(f"file = '{name}' is not allowed: must be a path below the dataset's folder")
         return self
 
     def constants(self) -> dict[str, str]:
@@ -106,8 +105,7 @@ def check_size(folder: Path, name: str, listed: Listed) -> None:
     """
     path = folder / name
     if not path.is_file():
-        msg = f"'{path}' is missing, and {MANIFEST} lists it: put it back, or make the dataset again"
-        raise OutputError(msg)
+        raise OutputError(f"'{path}' is missing, and {MANIFEST} lists it: put it back, or make the dataset again")
     if listed.size not in {None, path.stat().st_size}:
         raise OutputError(_changed(path, f"has {path.stat().st_size} bytes, and {MANIFEST} lists {listed.size}"))
 
@@ -123,8 +121,7 @@ def listed_content(folder: Path, name: str, listed: Listed) -> bytes:
     try:
         content = path.read_bytes()
     except OSError as error:
-        msg = f"'{path}' cannot be read: {error.strerror or error}"
-        raise OutputError(msg) from None
+        raise OutputError(f"'{path}' cannot be read: {error.strerror or error}") from None
     if hashlib.sha256(content).hexdigest() != listed.sha256:
         raise OutputError(_changed(path, f"its SHA-256 is not the one in {MANIFEST}"))
     return content
@@ -162,5 +159,4 @@ def read_recorded(folder: Path) -> Recorded | None:
     try:
         return validate(Recorded, read_json(path), source=RECORDED)
     except (MagicsimError, TypeError) as error:
-        msg = f"'{path}' does not describe recorded frames: {error}"
-        raise OutputError(msg) from None
+        raise OutputError(f"'{path}' does not describe recorded frames: {error}") from None

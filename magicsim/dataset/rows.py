@@ -54,8 +54,7 @@ def episode_table(
     rows = [row | constants for row in frame_rows(frames, scene, calibration)]
     for column in columns:
         if rows and column.name not in rows[0] and not column.name.startswith(DRAWN):
-            msg = f"column '{column.name}' is declared in `columns_of`, and nothing fills it"
-            raise ValueError(msg)
+            raise ValueError(f"column '{column.name}' is declared in `columns_of`, and nothing fills it")
     arrays = []
     for column in columns:
         values: list[Any] = [row[column.name] if row.get(column.name) is not None else column.empty for row in rows]

@@ -173,11 +173,9 @@ def read_shard(folder: Path, entry: ShardEntry, schema: pa.Schema) -> pa.Table:
             rows = as_schema(file.read(), schema)
     except (pa.ArrowException, OSError, KeyError, TypeError, ValueError) as error:
         reason = str(error.args[0] if error.args else error).partition("\n")[0]
-        msg = f"'{folder / entry.file}' does not hold the rows of this dataset: {reason}"
-        raise OutputError(msg) from None
+        raise OutputError(f"'{folder / entry.file}' does not hold the rows of this dataset: {reason}") from None
     if rows.num_rows != entry.rows:
-        msg = f"'{folder / entry.file}' holds {rows.num_rows} rows, and {MANIFEST} lists {entry.rows}"
-        raise OutputError(msg)
+        raise OutputError(f"'{folder / entry.file}' holds {rows.num_rows} rows, and {MANIFEST} lists {entry.rows}")
     return rows
 
 

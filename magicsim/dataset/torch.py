@@ -19,8 +19,7 @@ try:
     import torch
     from torch.utils.data import Dataset
 except ImportError as error:
-    msg = f"magicsim.dataset.torch needs the package {error.name}: pip install 'magicsim[torch]'"
-    raise ConfigError(msg) from None
+    raise ConfigError(f"magicsim.dataset.torch needs the package {error.name}: pip install 'magicsim[torch]'") from None
 
 Sample = dict[str, Any]
 

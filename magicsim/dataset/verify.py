@@ -49,8 +49,7 @@ def verify_dataset(folder: Path) -> Verification:
     """
     manifest = read_manifest(folder)
     if manifest is None:
-        msg = f"'{folder}' holds no dataset: {MANIFEST} is missing"
-        raise OutputError(msg)
+        raise OutputError(f"'{folder}' holds no dataset: {MANIFEST} is missing")
     problems = [*_itself(folder, manifest), *_files(folder, manifest), *_strangers(folder, manifest)]
     problems += [f"{ERRORS}: line {number} has changed since it was written" for number in changed_lines(folder)]
     problems += [f"{name}: changed since it was written" for name in changed_preview(folder)]

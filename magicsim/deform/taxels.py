@@ -125,11 +125,10 @@ class TaxelMap:
             return TaxelForces(force_n=np.zeros((*shape, 3)), torque_nmm=np.zeros((*shape, 3)), area_mm2=area)
         traction = deformation.contact_traction_mpa
         if len(traction) != points:
-            msg = (
+            raise ValueError(
                 f"deformation has {len(traction)} contact points: must be the {points} of this map; "
                 "give it the lattice and the point_spacing_mm of the solver"
             )
-            raise ValueError(msg)
         torque = np.cross(deformation.contact_points_mm, traction)
         return TaxelForces(
             force_n=np.asarray(self.share_mm2 @ traction).reshape(*shape, 3),

@@ -118,11 +118,10 @@ def fuse(frames: Iterable[Frame], profile: DetectorProfile) -> References:
     """
     taken = list(islice(frames, profile.reference_count))
     if len(taken) < profile.background_count:
-        msg = (
+        raise FrameError(
             f"{len(taken)} reference frame(s) are too few; must be at least background_count = "
             f"{profile.background_count}, better reference_count = {profile.reference_count}"
         )
-        raise FrameError(msg)
     first = check_frame(taken[0])
     checked = [check_frame(frame, shape=first.shape) for frame in taken]
     return References(
@@ -182,11 +181,10 @@ def fuse_grid(
     red, green, blue = cv2.sumElems(counts)[:3]
     if not red + green + blue:
         side = "at or below" if polarity == "dark" else "above"
-        msg = (
+        raise FrameError(
             f"reference frames show no grid: no pixel is {side} tau_b = {tau_b} (polarity '{polarity}') of the "
             "detector profile; fit one to this sensor (magicsim fit profile)"
         )
-        raise FrameError(msg)
     return GridReference(
         counts=counts, frames=len(frames), areas=(red, green, blue), tau_b=tau_b, polarity=polarity, blur_px=blur_px,
         blur_sigma_px=blur_sigma_px, kind=kind, surround_px=surround_px,

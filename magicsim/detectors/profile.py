@@ -163,10 +163,9 @@ class DetectorProfile:
             if kind is float:
                 object.__setattr__(self, each.name, float(value))
         if self.reference_count < self.background_count:
-            msg = (
+            raise ConfigError(
                 f"reference_count = {self.reference_count} must be at least background_count = {self.background_count}"
             )
-            raise ConfigError(msg)
 
 
 def load_profile(name_or_path: str | Path) -> DetectorProfile:

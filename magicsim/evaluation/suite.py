@@ -206,11 +206,10 @@ class SuiteConfig(Config):
         if takes > MAX_TAKES:
             raise ValueError(f"{takes} combinations in episodes are too many: at most {MAX_TAKES}")
         if self.episodes and self.design.is_opaque:
-            msg = (
+            raise ValueError(
                 "design.coat is opaque, which is not allowed in a suite: its detectors see through the sensor; must be "
                 "none or a half mirror"
             )
-            raise ValueError(msg)
         if not self.episodes and not self.recordings:
             raise ValueError("episodes and recordings are both empty: a suite needs at least one of them")
         return self

@@ -29,11 +29,10 @@ def check_blocks(blocks: tuple[int, int], *, rows: int, columns: int) -> None:
         ConfigError: Less than one block, or blocks of fewer than `LEAST_PIXELS` pixels.
     """
     if min(blocks) < 1 or rows // blocks[0] < LEAST_PIXELS or columns // blocks[1] < LEAST_PIXELS:
-        msg = (
+        raise ConfigError(
             f"blocks = {blocks[0]}x{blocks[1]} is not allowed: must be 1x1 to {rows // LEAST_PIXELS}x"
             f"{columns // LEAST_PIXELS} for images of {rows} rows and {columns} columns"
         )
-        raise ConfigError(msg)
 
 
 def block_means(image: npt.ArrayLike, blocks: tuple[int, int]) -> Array:

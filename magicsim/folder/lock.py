@@ -26,8 +26,7 @@ def sole_writer(target: Path) -> Iterator[None]:
     try:
         lock.acquire()
     except Timeout:
-        msg = f"output folder '{target}' is being written by another run"
-        raise OutputError(msg) from None
+        raise OutputError(f"output folder '{target}' is being written by another run") from None
     try:
         yield
     finally:

@@ -173,8 +173,7 @@ def check_file(target: Path) -> None:
     """Refuses (`OutputError`) a file that is a folder or cannot be written, before any work is done for it."""
     with output_errors(target):
         if target.is_dir():
-            msg = f"output file '{target}' is a folder; name a file"
-            raise OutputError(msg)
+            raise OutputError(f"output file '{target}' is a folder; name a file")
         check_writable(target, beside(target, "partial"))
 
 

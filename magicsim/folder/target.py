@@ -66,8 +66,7 @@ def output_errors(target: Path, *, then: str = "") -> Iterator[None]:
         yield
     except OSError as error:
         reason = "no space left on the disk" if error.errno == errno.ENOSPC else error.strerror or str(error)
-        msg = f"cannot write {target}: {reason}{then}"
-        raise OutputError(msg) from None
+        raise OutputError(f"cannot write {target}: {reason}{then}") from None
 
 
 def check_target(target: Path) -> None:
@@ -111,14 +110,12 @@ def check_writable(target: Path, working: Path) -> None:
         place = place.parent
     os.stat(place)  # links in a circle, or to nothing
     if not place.is_dir():
-        msg = f"cannot write {target}: '{place}' is not a folder"
-        raise OutputError(msg)
+        raise OutputError(f"cannot write {target}: '{place}' is not a folder")
     for name in missing:
         with suppress(FileNotFoundError):
             os.lstat(place / name)  # names that are too long
     if not os.access(place, os.W_OK | os.X_OK):
-        msg = f"cannot write {target}: '{place}' cannot be written"
-        raise OutputError(msg)
+        raise OutputError(f"cannot write {target}: '{place}' cannot be written")
     trial = within(place, "partial")
     trial.mkdir()
     trial.rmdir()
@@ -139,15 +136,13 @@ def names_in(folder: Path) -> list[str]:
         if not folder.is_file():
             check_place(folder)  # which names what is a file above it
             return []
-        msg = f"output folder '{folder}' is a file; name a new folder"
-        raise OutputError(msg) from None
+        raise OutputError(f"output folder '{folder}' is a file; name a new folder") from None
 
 
 def refuse_foreign(target: Path, names: Sequence[str]) -> None:
     """Refuses a folder for what is in it, if there is any: the `OutputError` names some of that."""
     if names:
-        msg = f"output folder '{target}' holds {_some(names)}, not as magicsim wrote it; move that away"
-        raise OutputError(msg)
+        raise OutputError(f"output folder '{target}' holds {_some(names)}, not as magicsim wrote it; move that away")
 
 
 def refuse_others(target: Path, names: Collection[str]) -> None:

@@ -61,8 +61,7 @@ class Sheet(Config):
     def _check_pair(self) -> Self:
         if (self.thickness_mm is None) != (self.modulus_mpa is None):
             missing, given = ("thickness_mm", "modulus_mpa")[:: 1 if self.thickness_mm is None else -1]
-            msg = f"{missing} is missing: a coat with {given} needs both, one without stiffness neither"
-            raise ValueError(msg)
+            raise ValueError(f"{missing} is missing: a coat with {given} needs both, one without stiffness neither")
         return self
 
 
@@ -90,11 +89,10 @@ class HalfMirror(Sheet):
     @model_validator(mode="after")
     def _check_energy(self) -> Self:
         if not 0 < self.reflectance + self.transmittance <= 1:
-            msg = (
+            raise ValueError(
                 f"reflectance + transmittance = {self.reflectance + self.transmittance:g} is not allowed: must be "
                 "above 0 and at most 1"
             )
-            raise ValueError(msg)
         return self
 
 

@@ -62,8 +62,7 @@ class Elastomer:
             GeometryError: There is no grid.
         """
         if self.infill is None:
-            msg = "cell_mm = 0: a block without a grid has no cells"
-            raise GeometryError(msg)
+            raise GeometryError("cell_mm = 0: a block without a grid has no cells")
         if self.design.face is None:
             return self.infill
         return SurfaceMesh(vertices=self.design.flattened(self.infill.vertices), faces=self.infill.faces)
@@ -143,13 +142,11 @@ def subdivision(design: ElastomerDesign, grid: CellGrid, facet_mm: float = FACET
 
 def _check(name: str, mesh: SurfaceMesh, volume_mm3: float, tolerance: float = VOLUME_TOLERANCE) -> None:
     if not mesh.is_watertight():
-        msg = f"the {name} mesh is not watertight"
-        raise GeometryError(msg)
+        raise GeometryError(f"the {name} mesh is not watertight")
     error = mesh.volume_mm3() / volume_mm3 - 1
     if abs(error) > tolerance:
         off = f"{error:+.2g} off the closed form {volume_mm3:.6g} mm3"
-        msg = f"the {name} mesh has volume {mesh.volume_mm3():.6g} mm3, {off}"
-        raise GeometryError(msg)
+        raise GeometryError(f"the {name} mesh has volume {mesh.volume_mm3():.6g} mm3, {off}")
 
 
 def refined_face(mesh: SurfaceMesh, is_face: Mask, parts: int) -> SurfaceMesh:

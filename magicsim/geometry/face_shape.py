@@ -43,14 +43,12 @@ class Dome(Config):
     def _check_shape(self) -> Self:
         radii = [radius for radius in (self.radius_x_mm, self.radius_y_mm) if radius is not None]
         if not radii:
-            msg = "radius_x_mm and radius_y_mm are missing: a dome needs one of them"
-            raise ValueError(msg)
+            raise ValueError("radius_x_mm and radius_y_mm are missing: a dome needs one of them")
         if self.crown_mm > min(radii):
             msg = f"crown_mm = {self.crown_mm:g} is not allowed: must be at most the smaller radius, {min(radii):g}"
             raise ValueError(msg)
         if self.rim_mm > self.crown_mm:
-            msg = f"rim_mm = {self.rim_mm:g} is not allowed: must be at most crown_mm = {self.crown_mm:g}"
-            raise ValueError(msg)
+            raise ValueError(f"rim_mm = {self.rim_mm:g} is not allowed: must be at most crown_mm = {self.crown_mm:g}")
         return self
 
     def problem(self, height_mm: float) -> str | None:
@@ -104,8 +102,7 @@ class HeightMap(Config):
     def _heights(self) -> Array:
         path = Path(self.file)
         if not is_file(path):
-            msg = f"face.file = '{self.file}' does not exist ({PATHS_START})"
-            raise ConfigError(msg)
+            raise ConfigError(f"face.file = '{self.file}' does not exist ({PATHS_START})")
         heights = _read(self.file, self.range_mm, path.stat().st_mtime_ns)
         return np.asarray(heights - heights.max())
 

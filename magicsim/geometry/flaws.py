@@ -72,17 +72,15 @@ class Unevenness(Config):
         for part in ("wave", "skin"):
             spread, length = getattr(self, f"{part}_sd_mm"), getattr(self, f"{part}_length_mm")
             if 10 * spread > length:
-                msg = (
+                raise ValueError(
                     f"{part}_sd_mm = {spread:g} is not allowed with {part}_length_mm = {length:g}: "
                     "must be at most a tenth of it"
                 )
-                raise ValueError(msg)
         if self.torn_share > 0 and self.crossing_radius_mm > 0:
-            msg = (
+            raise ValueError(
                 f"torn_share = {self.torn_share:g} is not allowed with crossing_radius_mm = "
                 f"{self.crossing_radius_mm:g}: one of them must be 0, since a wall is missing up to its crossings"
             )
-            raise ValueError(msg)
         return self
 
     def shift_mm(self, places: Array, low_mm: Array, high_mm: Array) -> Array:
@@ -177,8 +175,7 @@ class Inclusions(Config):
         for name in ("bubble_radius_mm", "flake_radius_mm"):
             low, high = getattr(self, name)
             if low > high:
-                msg = f"{name} = [{low:g}, {high:g}] is not allowed: the first must be at most the second"
-                raise ValueError(msg)
+                raise ValueError(f"{name} = [{low:g}, {high:g}] is not allowed: the first must be at most the second")
         return self
 
     def problem(self, cell_mm: float) -> str | None:

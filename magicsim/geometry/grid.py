@@ -80,22 +80,20 @@ def resolve_grid(design: ElastomerDesign) -> CellGrid | None:
     asked = design.cell_mm + design.wall_mm
     for axis, name in enumerate("xyz"):
         if core[axis] < asked * (1 - MAX_CELL_DEVIATION):
-            msg = (
+            raise GeometryError(
                 f"no cell fits along {name}: the core is {core[axis]:.4g} mm (size {sizes[axis]:g} - 2 x skin "
                 f"{design.skin_mm:g}), one cell and its wall need cell_mm + wall_mm = {asked:g} mm{_proposal(design)}"
             )
-            raise GeometryError(msg)
     counts, cell = _fitted(core, design.cell_mm, design.wall_mm)
     counts, pitch = counts.astype(int), core / counts
     deviation = cell / design.cell_mm - 1
     worst = int(np.argmax(np.abs(deviation)))
     if abs(deviation[worst]) > MAX_CELL_DEVIATION:
-        msg = (
+        raise GeometryError(
             f"cell_mm = {design.cell_mm:g} resolves to {cell[worst]:.4g} mm along {'xyz'[worst]} "
             f"({deviation[worst]:+.0%}): at most {MAX_CELL_DEVIATION:.0%} is allowed"
             f"{_proposal(design) or '; change several of cell_mm, wall_mm and core_mm'}"
         )
-        raise GeometryError(msg)
     if np.prod(counts) > MAX_CELLS:
         msg = f"{np.prod(counts)} cells are too many: at most {MAX_CELLS}; use larger cells or a smaller core"
         raise GeometryError(msg)

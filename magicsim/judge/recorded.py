@@ -139,11 +139,10 @@ def read_recording(folder: Path) -> RecordedEpisode:
     found = tuple(rows[0]) if rows else ()
     force = next((each for each in FORCES if set(found) == {*COLUMNS} - {"force_n"} | {*each}), None)
     if force is None:
-        msg = (
+        raise ConfigError(
             f"{path}: columns {', '.join(map(str, found)) or 'none'}; must be {', '.join(COLUMNS)}, or instead of "
             f"force_n {', '.join(VECTOR)} or {VECTOR[2]} alone"
         )
-        raise ConfigError(msg)
     values = [_row(path, number, row, force) for number, row in enumerate(rows, 2)]
     for name, *_ in values:
         if not is_file(folder / name):

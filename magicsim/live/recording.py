@@ -48,8 +48,7 @@ class Recording:
             ConfigError: No frame was taken.
         """
         if not self._frames:
-            msg = "nothing was recorded: move the object while recording, each frame that is shown is kept"
-            raise ConfigError(msg)
+            raise ConfigError("nothing was recorded: move the object while recording, each frame that is shown is kept")
         rate = self.scene.frames_per_second
         frames = [
             replace(frame, truth=replace(frame.truth, index=index, time_s=index / rate))

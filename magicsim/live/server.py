@@ -63,8 +63,7 @@ try:
     from websockets.datastructures import Headers
     from websockets.http11 import Response
 except ModuleNotFoundError as error:
-    msg = f"the live window needs {error.name}; `pip install magicsim[live]`"
-    raise ConfigError(msg) from error
+    raise ConfigError(f"the live window needs {error.name}; `pip install magicsim[live]`") from error
 
 LARGEST_BYTES = 1 << 16
 """Largest size of a message from the page [bytes]: a slider's is a few hundred."""

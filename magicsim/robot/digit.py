@@ -94,8 +94,7 @@ class DigitCamera:
         chosen = next((name for name, stream in self.STREAMS.items() if stream["resolution"] == asked), None)
         if chosen is None:
             allowed = " or ".join(f"STREAMS['{name}']" for name in self.STREAMS)
-            msg = f"resolution = {dict(asked)} is not allowed: must be {allowed}"
-            raise ConfigError(msg)
+            raise ConfigError(f"resolution = {dict(asked)} is not allowed: must be {allowed}")
         self._stream = chosen
         self._sensor.set_image_size(columns=asked["height"], rows=asked["width"])
         self.set_fps(max(self._rates))
@@ -109,8 +108,7 @@ class DigitCamera:
         self._check_connected()
         if fps not in self._rates:
             allowed = " or ".join(str(rate) for rate in self._rates)
-            msg = f"fps = {fps} is not allowed: must be {allowed} in the stream {self._stream}"
-            raise ConfigError(msg)
+            raise ConfigError(f"fps = {fps} is not allowed: must be {allowed} in the stream {self._stream}")
         self._sensor.set_frame_rate(fps)
 
     def set_intensity(self, intensity: int) -> int:
@@ -130,11 +128,10 @@ class DigitCamera:
         strengths = (intensity_r, intensity_g, intensity_b)
         for colour, value in zip("rgb", strengths, strict=True):
             if value not in range(self.LIGHTING_MIN, self.LIGHTING_MAX + 1):
-                msg = (
+                raise ConfigError(
                     f"intensity_{colour} = {value} is not allowed: must be a whole number from {self.LIGHTING_MIN} to "
                     f"{self.LIGHTING_MAX}"
                 )
-                raise ConfigError(msg)
         self.intensity = strengths
         red, green, blue = (value / self.LIGHTING_MAX for value in strengths)
         self._sensor.set_led_strength(red, green, blue)
@@ -169,8 +166,7 @@ class DigitCamera:
         """
         frame = self.get_frame()
         if ref_frame.shape != frame.shape or ref_frame.dtype != frame.dtype:
-            msg = f"ref_frame is {ref_frame.dtype} {ref_frame.shape}, must be {frame.dtype} {frame.shape}"
-            raise FrameError(msg)
+            raise FrameError(f"ref_frame is {ref_frame.dtype} {ref_frame.shape}, must be {frame.dtype} {frame.shape}")
         return np.asarray(cv2.absdiff(frame, ref_frame), np.uint8)
 
     def show_view(self, ref_frame: Frame | None = None, *, frames: int | None = None) -> None:
@@ -228,5 +224,4 @@ class DigitCamera:
 
     def _check_connected(self) -> None:
         if not self._is_connected:
-            msg = f"DIGIT {self.serial} is not connected: call connect() first"
-            raise ConfigError(msg)
+            raise ConfigError(f"DIGIT {self.serial} is not connected: call connect() first")

@@ -30,8 +30,7 @@ try:
     import gymnasium
     from gymnasium import spaces
 except ModuleNotFoundError as error:
-    msg = f"the environment needs {error.name}; `pip install magicsim[robot]`"
-    raise ConfigError(msg) from error
+    raise ConfigError(f"the environment needs {error.name}; `pip install magicsim[robot]`") from error
 
 Observation = dict[str, Any]
 """`image`, `image_lower` and `proprioception`, all NumPy arrays."""
@@ -123,8 +122,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """
         config = scene if isinstance(scene, SceneConfig) else load_scene(scene, overrides)
         if config.object is None or config.contact.friction == 0:
-            msg = "scene: object and contact.friction are needed, without friction nothing can be lifted"
-            raise ConfigError(msg)
+            raise ConfigError("scene: object and contact.friction are needed, without friction nothing can be lifted")
         if render_mode not in {None, *self.metadata["render_modes"]}:
             raise ConfigError(unknown_choice("render_mode", str(render_mode), self.metadata["render_modes"]))
         for name, value in (
@@ -208,8 +206,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             ConfigError: `reset` was not called.
         """
         if self._lift is None:
-            msg = "step is not allowed yet: call reset() first"
-            raise ConfigError(msg)
+            raise ConfigError("step is not allowed yet: call reset() first")
         with waiting("a step of the environment", self._told):
             return self._step(self._lift, action)
 

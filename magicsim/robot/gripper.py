@@ -74,11 +74,9 @@ class Gripper:
             MagicsimError: A finger cannot be built.
         """
         if scene.object is None:
-            msg = "object is missing: a gripper needs one between its fingers"
-            raise ConfigError(msg)
+            raise ConfigError("object is missing: a gripper needs one between its fingers")
         if companion is not None and not sees_other:
-            msg = "companion is not allowed with sees_other = False: it is drawn with the other finger"
-            raise ConfigError(msg)
+            raise ConfigError("companion is not allowed with sees_other = False: it is drawn with the other finger")
         workspace = workspace or Workspace(tilt_x_deg=(-TILT_DEG, TILT_DEG), tilt_y_deg=(-TILT_DEG, TILT_DEG))
         self.linkage, self._extents_mm = linkage or Linkage(), half_extents_mm(scene.object)
         self.linkage.check_room(scene.object.kind, self.touching_width_mm)
@@ -206,11 +204,10 @@ class Gripper:
         self._check_width(width)
         check_number("most_slide_mm", most_slide_mm, 0.01, 100)
         if self.outcome.is_empty:
-            msg = (
+            raise ConfigError(
                 f"hold is not allowed: the object has {WHERE[self.outcome]}; put it between the fingers with "
                 "close(width, place=...)"
             )
-            raise ConfigError(msg)
         acting = self._state.load if load is None else load
         before = self._pair.moments()
         try:

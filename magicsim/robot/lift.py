@@ -55,11 +55,10 @@ class Reach:
         narrowest, widest = (linkage.width_mm(angle) for angle in (linkage.least_deg, linkage.most_deg))
         deepest = (touching - narrowest) / 2
         if deepest_mm >= deepest:
-            msg = (
+            raise ConfigError(
                 f"deepest_mm = {deepest_mm:g} is not allowed: the fingers would pass through each other, must be below "
                 f"{deepest:.4g}, where they are closed"
             )
-            raise ConfigError(msg)
         linkage.check_room(target.kind, touching)
         opened, highest, aside = min(2 * start_gap_mm[1], (widest - touching) / 2), 2 * target_mm, offset_mm + ROOM_MM
         workspace = Workspace(

@@ -77,11 +77,10 @@ class LiveSensor:
             msg = "contact.rate_dependent = True is not allowed here: the motions of a live sensor are quasi-static"
             raise ConfigError(msg)
         if isinstance(scene.rig.camera.compression, H264):
-            msg = (
+            raise ConfigError(
                 "rig.camera.compression.kind = 'h264' is not allowed here: frames of a live sensor are developed in "
                 "any order; must be 'mjpeg' or left out"
             )
-            raise ConfigError(msg)
         self.workspace = workspace or Workspace()
         self.quality = find_quality(quality)
         self._told = told
@@ -251,8 +250,7 @@ class LiveSensor:
             ConfigError: The sensor was built without a companion.
         """
         if self.sensor.companion is None and pose is not None:
-            msg = "companion is missing: build the sensor with what is to be seen beside its object"
-            raise ConfigError(msg)
+            raise ConfigError("companion is missing: build the sensor with what is to be seen beside its object")
         self._state = replace(self._state, companion=None if pose is None else pose.key())
 
     def shine(self, *, on: bool = True, x_mm: float = 0.0) -> None:
@@ -364,8 +362,7 @@ class LiveSensor:
     @property
     def _open(self) -> Darkroom:
         if self._darkroom is None:
-            msg = "the sensor is closed: build another one"
-            raise ConfigError(msg)
+            raise ConfigError("the sensor is closed: build another one")
         return self._darkroom
 
     def _go(self, state: FrameState) -> None:
@@ -375,8 +372,7 @@ class LiveSensor:
             msg = "gap_mm is missing: there is no object yet, so the first motion must say how far away it is"
             raise ConfigError(msg)
         if state.has_object and sensor.object is None:
-            msg = "object is missing: the scene of this sensor has none to move"
-            raise ConfigError(msg)
+            raise ConfigError("object is missing: the scene of this sensor has none to move")
         self.workspace.check(state)
         if state == self._state:
             return

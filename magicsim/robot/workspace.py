@@ -72,11 +72,10 @@ class Workspace:
             value, (low, high) = getattr(state, name), getattr(self, name)
             slack = ROUNDING + (beyond if name in {"x_mm", "y_mm"} else 0.0)
             if not low - slack <= value <= high + slack:
-                msg = (
+                raise ConfigError(
                     f"{name} = {value:g} is not allowed: must be {low:g} to {high:g}, the workspace that this "
                     "sensor was built for"
                 )
-                raise ConfigError(msg)
 
     def corners(self) -> tuple[FrameState, ...]:
         """States that bound where the object can touch: every corner at the deepest press, and twists between."""
@@ -98,9 +97,8 @@ class Workspace:
             return ()
         deepest, limit = -self.gap_mm[0], MAX_DEPTH_SHARE * scene.design.height_mm
         if deepest > limit:
-            msg = (
+            raise ConfigError(
                 f"workspace.gap_mm = {self.gap_mm[0]:g} is not allowed: must be at least {-limit:g}, 90 % of the "
                 "block's height"
             )
-            raise ConfigError(msg)
         return self.corners()

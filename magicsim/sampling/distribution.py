@@ -44,8 +44,7 @@ class Distribution(Config):
         ]
         whole = [None not in (self.low, self.high), None not in (self.mean, self.sd), self.choices is not None]
         if sum(families) != 1 or families != whole:
-            msg = "a distribution needs either low and high, or mean and sd, or choices"
-            raise ValueError(msg)
+            raise ValueError("a distribution needs either low and high, or mean and sd, or choices")
         if self.low is not None and self.high is not None:
             self._check_interval(self.low, self.high)
         if self.choices is not None and self.weights is not None:
@@ -54,11 +53,9 @@ class Distribution(Config):
 
     def _check_interval(self, low: float, high: float) -> None:
         if low > high:
-            msg = f"low = {low:g} is not allowed: must be at most high = {high:g}"
-            raise ValueError(msg)
+            raise ValueError(f"low = {low:g} is not allowed: must be at most high = {high:g}")
         if self.scale == "log" and low <= 0:
-            msg = f"low = {low:g} is not allowed with scale 'log': must be above 0"
-            raise ValueError(msg)
+            raise ValueError(f"low = {low:g} is not allowed with scale 'log': must be above 0")
 
     def at(self, share: float) -> float:
         """The value below which a share of all values lies (the quantile), share in [0, 1)."""
@@ -98,5 +95,4 @@ def check_weights(weights: tuple[float, ...], count: int) -> None:
         ValueError: With what is allowed.
     """
     if len(weights) != count or not any(weights):
-        msg = f"weights = {list(weights)} is not allowed: must be {count} numbers, one of them above 0"
-        raise ValueError(msg)
+        raise ValueError(f"weights = {list(weights)} is not allowed: must be {count} numbers, one of them above 0")

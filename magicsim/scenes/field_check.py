@@ -43,8 +43,7 @@ def check_room(scene: SceneConfig) -> None:
             placed = place_object(target, gap_mm=at.gap_mm, x_mm=at.x_mm, y_mm=at.y_mm, twist_deg=at.twist_deg)
             problem = object_problem(scene.rig, placed.pose.to_sensor(vertices))
             if problem is not None:
-                msg = f"keyframe {at.frame}: {problem}"
-                raise ConfigError(msg)
+                raise ConfigError(f"keyframe {at.frame}: {problem}")
 
 
 def _view(scene: SceneConfig) -> list[str]:

@@ -16,8 +16,7 @@ FAINTEST, BRIGHTEST = 1e-6, 1000.0
 
 def _not_faint(radiance: float) -> float:
     if 0 < radiance < FAINTEST:
-        msg = f"{radiance:g} is not allowed: must be 0 (off) or a number of at least {FAINTEST:g}"
-        raise ValueError(msg)
+        raise ValueError(f"{radiance:g} is not allowed: must be 0 (off) or a number of at least {FAINTEST:g}")
     return radiance
 
 
@@ -47,8 +46,7 @@ class Led(Config):
     @model_validator(mode="after")
     def _check_direction(self) -> Self:
         if not any(self.direction):
-            msg = f"direction = {list(self.direction)} is not allowed: must not be 0"
-            raise ValueError(msg)
+            raise ValueError(f"direction = {list(self.direction)} is not allowed: must not be 0")
         return self
 
     @property

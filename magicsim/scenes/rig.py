@@ -92,11 +92,10 @@ class Rig(Config):
             msg = f"{len(self.lamps)} strips, leds and ring are not allowed: must be at most {MOST_LIGHTS} together"
             raise ValueError(msg)
         if self.ring is not None and self.ring.gap_mm >= self.camera.distance_mm:
-            msg = (
+            raise ValueError(
                 f"ring.gap_mm = {self.ring.gap_mm:g} is not allowed: must be below camera.distance_mm = "
                 f"{self.camera.distance_mm:g}, so that the ring is in front of the pinhole"
             )
-            raise ValueError(msg)
         return self
 
     @model_validator(mode="after")
@@ -104,17 +103,14 @@ class Rig(Config):
         if self.room is not None and self.room != DARK:
             room_radiance(self.room)
             if not any(self.ambient):
-                msg = f"room = '{self.room}' is not allowed with ambient = 0: give the radiance of the room"
-                raise ValueError(msg)
+                raise ValueError(f"room = '{self.room}' is not allowed with ambient = 0: give the radiance of the room")
         if self.passing is not None and not any(self.room_light):
-            msg = "passing is not allowed in a dark room: give the radiance of the room as ambient"
-            raise ValueError(msg)
+            raise ValueError("passing is not allowed in a dark room: give the radiance of the room as ambient")
         if self.room_distance_mm is not None and self.moving is not None:
-            msg = (
+            raise ValueError(
                 f"room_distance_mm = {self.room_distance_mm:g} is not allowed where something passes in the room: must "
                 "be left out, or the room be a still one, such as 'office'"
             )
-            raise ValueError(msg)
         return self
 
     @property

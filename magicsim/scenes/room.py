@@ -127,8 +127,7 @@ def _read(path: Path, _changed_ns: int) -> Array:
     linear = np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)  # noqa: PLR2004
     mean = (linear * solid_angles(len(linear))[:, None, None]).sum(0).mean(0)
     if not (mean > 0).all():
-        msg = f"rig.room '{path.name}' is black in a channel: there is nothing to scale to rig.ambient"
-        raise ConfigError(msg)
+        raise ConfigError(f"rig.room '{path.name}' is black in a channel: there is nothing to scale to rig.ambient")
     return np.asarray(linear / mean)
 
 
@@ -141,18 +140,16 @@ def _pixels(path: Path) -> Array:
         raise unreadable from error
     with picture:
         if picture.mode not in MODES:
-            msg = (
+            raise ConfigError(
                 f"rig.room '{path.name}' has pixels of kind {picture.mode}: must be 8-bit grey or RGB, with or without "
                 "alpha"
             )
-            raise ConfigError(msg)
         columns, rows = picture.size
         if columns != 2 * rows or columns > MOST_COLUMNS:
-            msg = (
+            raise ConfigError(
                 f"rig.room '{path.name}' has {columns} x {rows} pixels: must be twice as wide as high, at most "
                 f"{MOST_COLUMNS} wide"
             )
-            raise ConfigError(msg)
         try:
             return np.asarray(picture.convert("RGB"), np.float64) / 255
         except (OSError, ValueError) as error:

@@ -180,11 +180,9 @@ class SceneConfig(Config):
     def _check_keyframes(self) -> Self:
         frames = [keyframe.frame for keyframe in self.keyframes]
         if frames[0] != 0 or any(later <= earlier for earlier, later in pairwise(frames)):
-            msg = f"keyframes.frame = {frames} is not allowed: must start at 0 and increase"
-            raise ValueError(msg)
+            raise ValueError(f"keyframes.frame = {frames} is not allowed: must start at 0 and increase")
         if self.object is None and any(keyframe.gap_mm is not None for keyframe in self.keyframes):
-            msg = "object is missing: a keyframe gives gap_mm, so [object] must say what approaches"
-            raise ValueError(msg)
+            raise ValueError("object is missing: a keyframe gives gap_mm, so [object] must say what approaches")
         return self
 
     @model_validator(mode="after")
@@ -204,8 +202,7 @@ class SceneConfig(Config):
     def _check_shutter(self) -> Self:
         camera, rate = self.rig.camera, self.frames_per_second
         if not readout_fits(camera.shutter, rows=camera.rows, frames_per_second=rate):
-            msg = f"rig.{readout_problem(camera.shutter, rows=camera.rows, frames_per_second=rate)}"
-            raise ValueError(msg)
+            raise ValueError(f"rig.{readout_problem(camera.shutter, rows=camera.rows, frames_per_second=rate)}")
         return self
 
     @property

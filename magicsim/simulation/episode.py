@@ -130,18 +130,16 @@ class SimulatedFrame:
             OutputError: The scene does not ask for them.
         """
         if self.labels.touch is None:
-            msg = (
+            raise OutputError(
                 "touch was not computed: add [output.taxels] with rows and columns to the scene, or "
                 "--set output.taxels.rows=16"
             )
-            raise OutputError(msg)
         return self.labels.touch
 
 
 def _asked_for(found: npt.NDArray[ScalarT] | None, name: str, setting: str) -> npt.NDArray[ScalarT]:
     if found is None:
-        msg = f"{name} was not computed: set {setting} = true in the scene, or --set {setting}=true"
-        raise OutputError(msg)
+        raise OutputError(f"{name} was not computed: set {setting} = true in the scene, or --set {setting}=true")
     return found
 
 

@@ -110,13 +110,11 @@ def render(
     """
     states = timeline(scene)
     if not 0 <= frame < len(states):
-        msg = f"frame = {frame} is not allowed: must be 0 to {len(states) - 1}"
-        raise ConfigError(msg)
+        raise ConfigError(f"frame = {frame} is not allowed: must be 0 to {len(states) - 1}")
     if relative_error is not None:
         check_number("relative_error", relative_error, LEAST_ERROR, 1)
         if basis:
-            msg = f"relative_error = {relative_error:g} is not allowed: must be without basis"
-            raise ConfigError(msg)
+            raise ConfigError(f"relative_error = {relative_error:g} is not allowed: must be without basis")
     with waiting(f"rendering frame {frame}", told):
         return _rendered(scene, states[frame], basis=basis, relative_error=relative_error)
 
@@ -179,8 +177,7 @@ def render_still(
     """
     suffix = ".npz" if basis else ".npy"
     if out is not None and out.suffix != suffix:
-        msg = f"out = '{out}' is not allowed: must end in {suffix}"
-        raise ConfigError(msg)
+        raise ConfigError(f"out = '{out}' is not allowed: must end in {suffix}")
     if out is not None:
         check_file(out)
     found = render(scene, frame, basis=basis, relative_error=relative_error, told=told)

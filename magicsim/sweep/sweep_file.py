@@ -222,11 +222,10 @@ class SweepConfig(Config):
         if self.rooms and any(each.field == ROOM for each in self.swept) | any(ROOM in each for each in self.also):
             raise ValueError(f"rooms is not allowed where '{ROOM}' is swept: must be one of the two")
         if len(self.rooms) > self.quality.renderings:
-            msg = (
+            raise ValueError(
                 f"rooms = {list(self.rooms)} is not allowed: holds {len(self.rooms)}, and each rendering stands in "
                 f"one; must be at most quality.renderings = {self.quality.renderings}"
             )
-            raise ValueError(msg)
         for each in self.rooms:
             if in_room(self.rig, each).moving is not None:
                 raise ValueError(f"rooms = '{each}' is not allowed: something passes there; sweep '{ROOM}' instead")

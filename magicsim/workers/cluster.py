@@ -30,11 +30,9 @@ class ClusterPool:
 
             self._client: Any = distributed.Client(options.cluster, timeout=CONNECT_S, set_as_default=False)
         except ImportError:
-            msg = "cluster needs dask.distributed: pip install 'magicsim[cluster]'"
-            raise ConfigError(msg) from None
+            raise ConfigError("cluster needs dask.distributed: pip install 'magicsim[cluster]'") from None
         except (OSError, ValueError) as error:
-            msg = f"cluster = '{options.cluster}' does not answer: {text_of(error)}"
-            raise ConfigError(msg) from None
+            raise ConfigError(f"cluster = '{options.cluster}' does not answer: {text_of(error)}") from None
         self._function, self._prepare, self._options = function, prepare, options
         self._ended: queue.SimpleQueue[tuple[int, Any]] = queue.SimpleQueue()
         self._running: dict[int, Any] = {}
@@ -48,8 +46,7 @@ class ClusterPool:
         """
         workers = self._client.scheduler_info(n_workers=-1).get("workers")
         if workers is None or self._client.status != "running":
-            msg = f"cluster = '{self._options.cluster}' no longer answers; what is finished is kept"
-            raise ConfigError(msg)
+            raise ConfigError(f"cluster = '{self._options.cluster}' no longer answers; what is finished is kept")
         return max(1, len(workers))
 
     def start(self, key: int, task: object) -> None:

@@ -53,9 +53,7 @@ def choose_workers(
     if workers is not None:
         check_number("workers", workers, 1, MAX_WORKERS, whole=True)
     if workers is not None and cluster is not None:
-        msg = f"workers = {workers} is not allowed with a cluster, which has workers of its own"
-        raise ConfigError(msg)
+        raise ConfigError(f"workers = {workers} is not allowed with a cluster, which has workers of its own")
     if cluster is not None and "://" not in cluster:
-        msg = f"cluster = '{cluster}' is not allowed: must be an address such as tcp://scheduler:8786"
-        raise ConfigError(msg)
+        raise ConfigError(f"cluster = '{cluster}' is not allowed: must be an address such as tcp://scheduler:8786")
     return WorkerOptions(workers=workers or usable_cores(), cluster=cluster, timeout_s=timeout_s, retries=retries)

@@ -119,8 +119,7 @@ class RunFolder(Generic[Index]):
             refuse_others(out, names)
         if index is not None and not resume:
             state = "an unfinished" if is_begun(out) else "a"
-            msg = f"output folder '{out}' holds {state} {self.content} already; --resume goes on with it"
-            raise OutputError(msg)
+            raise OutputError(f"output folder '{out}' holds {state} {self.content} already; --resume goes on with it")
         check_place(out)
 
     def begun(self, out: Path) -> Index | None:
@@ -136,8 +135,7 @@ class RunFolder(Generic[Index]):
         try:
             return validate(self.model, read_json(path), source=self.index)
         except (ValueError, OSError) as error:
-            msg = f"'{path}' is not an index of a {self.noun}: {error}"
-            raise OutputError(msg) from None
+            raise OutputError(f"'{path}' is not an index of a {self.noun}: {error}") from None
 
     def is_unchanged(self, out: Path) -> bool:
         """Whether a folder's index is byte for byte as it was written."""

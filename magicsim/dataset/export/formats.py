@@ -54,11 +54,9 @@ def export_dataset(folder: Path, out: Path, layout: Format) -> Exported:
         msg = f"format = {layout} is not allowed for recorded frames, whose calibration is not known: must be {others}"
         raise ConfigError(msg)
     if Path(os.path.realpath(out)).is_relative_to(os.path.realpath(folder)):
-        msg = f"output folder '{out}' is inside of the dataset '{folder}'; name a folder elsewhere"
-        raise OutputError(msg)
+        raise OutputError(f"output folder '{out}' is inside of the dataset '{folder}'; name a folder elsewhere")
     if out.exists():
-        msg = f"output folder '{out}' exists; name a new folder"
-        raise OutputError(msg)
+        raise OutputError(f"output folder '{out}' exists; name a new folder")
     writer = _writer(layout)
     with new_folder(out) as partial:
         writer(source, partial)

@@ -48,8 +48,7 @@ class Source:
             OutputError: Its frames were recorded, and no recipe draws them; or the recipe's file has changed.
         """
         if self.recorded is not None:
-            msg = f"'{self.folder}' holds recorded frames, which no recipe draws"
-            raise OutputError(msg)
+            raise OutputError(f"'{self.folder}' holds recorded frames, which no recipe draws")
         self.content(CONFIG)
         return load_recipe(self.folder / CONFIG)
 
@@ -68,8 +67,7 @@ class Source:
         """
         listed = self.manifest.listed().get(name)
         if listed is None:
-            msg = f"'{self.folder / name}' is not listed in {MANIFEST}"
-            raise OutputError(msg)
+            raise OutputError(f"'{self.folder / name}' is not listed in {MANIFEST}")
         return listed_content(self.folder, name, listed)
 
     @property
@@ -144,11 +142,9 @@ def open_dataset(folder: Path) -> Source:
     """
     manifest = read_manifest(folder)
     if manifest is None:
-        msg = f"'{folder}' holds no dataset: {MANIFEST} is missing"
-        raise OutputError(msg)
+        raise OutputError(f"'{folder}' holds no dataset: {MANIFEST} is missing")
     if not manifest.is_complete or not manifest.shards:
-        msg = f"'{folder}' holds an unfinished dataset; the command that made it finishes it with --resume"
-        raise OutputError(msg)
+        raise OutputError(f"'{folder}' holds an unfinished dataset; the command that made it finishes it with --resume")
     return Source(folder=folder, manifest=manifest)
 
 

@@ -83,19 +83,16 @@ class ObjectRecipe(Config):
                 raise ValueError(unknown_choice(f"key of object kind '{self.kind}'", key, set(fields) - {"kind"}))
         if self.kind != "mesh":
             if self.folder is not None:
-                msg = f"folder is not a key of object kind '{self.kind}', only of 'mesh'"
-                raise ValueError(msg)
+                raise ValueError(f"folder is not a key of object kind '{self.kind}', only of 'mesh'")
         elif (self.path is None) == (self.folder is None):
-            msg = "object kind 'mesh' needs either path or folder"
-            raise ValueError(msg)
+            raise ValueError("object kind 'mesh' needs either path or folder")
         missing = [
             key
             for key, field in fields.items()
             if field.is_required() and getattr(self, key, None) is None and not (key == "path" and self.folder)
         ]
         if missing:
-            msg = f"{missing[0]} is missing: object kind '{self.kind}' needs it"
-            raise ValueError(msg)
+            raise ValueError(f"{missing[0]} is missing: object kind '{self.kind}' needs it")
         return self
 
     def files(self) -> tuple[str, ...]:
@@ -108,8 +105,7 @@ class ObjectRecipe(Config):
             return (self.path,) if self.path is not None else ()
         meshes = sorted(path for path in Path(self.folder).glob("*") if path.suffix.lower() in MESH_SUFFIXES)
         if not meshes:
-            msg = f"folder = '{self.folder}' holds no mesh file ({', '.join(sorted(MESH_SUFFIXES))})"
-            raise ConfigError(msg)
+            raise ConfigError(f"folder = '{self.folder}' holds no mesh file ({', '.join(sorted(MESH_SUFFIXES))})")
         return tuple(path.as_posix() for path in meshes)
 
     def numbers(self) -> dict[str, Number]:

@@ -204,19 +204,17 @@ class Recipe(Config):
     @model_validator(mode="after")
     def _check_objects(self) -> Self:
         if not self.objects and not all(isinstance(path, ClearPath | FlashlightPath) for path in self.paths):
-            msg = "objects are missing: a path brings an object, so [[objects]] must say which"
-            raise ValueError(msg)
+            raise ValueError("objects are missing: a path brings an object, so [[objects]] must say which")
         return self
 
     @model_validator(mode="after")
     def _check_sensors(self) -> Self:
         sensors = -(-self.episodes // self.episodes_per_sensor)
         if sensors > MAX_SENSORS:
-            msg = (
+            raise ValueError(
                 f"episodes = {self.episodes} with episodes_per_sensor = {self.episodes_per_sensor} are {sensors} "
                 f"sensors: at most {MAX_SENSORS} are allowed; raise episodes_per_sensor"
             )
-            raise ValueError(msg)
         return self
 
     @property

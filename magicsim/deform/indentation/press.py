@@ -153,8 +153,7 @@ def press_curve(
     """
     depths = [float(depth) for depth in depths_mm]
     if not 1 <= len(depths) <= MAX_POINTS:
-        msg = f"depths_mm has {len(depths)} depths: 1 to {MAX_POINTS} are allowed"
-        raise ConfigError(msg)
+        raise ConfigError(f"depths_mm has {len(depths)} depths: 1 to {MAX_POINTS} are allowed")
     for depth in depths:
         check_depth(depth, design)
     for low, high in pairwise(depths):
@@ -252,18 +251,15 @@ def check_friction(friction: float) -> None:
 def _check_range(name: str, value: float, low: float, high: float, meaning: str) -> None:
     """Raises ConfigError where a number is not finite or out of its range."""
     if not (math.isfinite(value) and low <= value <= high):
-        msg = f"{name} = {value:g} is not allowed: must be {low:g} to {high:g} ({meaning})"
-        raise ConfigError(msg)
+        raise ConfigError(f"{name} = {value:g} is not allowed: must be {low:g} to {high:g} ({meaning})")
 
 
 def _check_time(speed_mm_s: float | None, hold_s: float, twist_deg: float) -> None:
     _check_range("hold_s", hold_s, 0.0, MAX_HOLD_S, "eleven days")
     if speed_mm_s is None:
         if hold_s > 0:
-            msg = f"hold_s = {hold_s:g} is not allowed without speed_mm_s: a quasi-static path has no time"
-            raise ConfigError(msg)
+            raise ConfigError(f"hold_s = {hold_s:g} is not allowed without speed_mm_s: a quasi-static path has no time")
         return
     _check_range("speed_mm_s", speed_mm_s, 1e-6, MAX_SPEED_MM_S, "quasi-static inertia-free motion")
     if twist_deg != 0:
-        msg = f"twist_deg = {twist_deg:g} is not allowed with speed_mm_s: a timed path presses and shears"
-        raise ConfigError(msg)
+        raise ConfigError(f"twist_deg = {twist_deg:g} is not allowed with speed_mm_s: a timed path presses and shears")

@@ -202,12 +202,11 @@ def body_branches(design: ElastomerDesign, lattice: Lattice) -> Branches:
     if ratio < LEAST_POISSON:
         least = 2 * shear * (1 + LEAST_POISSON) / (3 * (1 - 2 * LEAST_POISSON))
         needed = 0.5 - body.youngs_modulus_mpa / (6 * least)
-        msg = (
+        raise ConfigError(
             f"materials.body.poisson_ratio = {body.poisson_ratio:g} is not allowed on a timed path: its bulk modulus "
             f"of {bulk:.3g} MPa is too small for the instantaneous shear modulus of {shear:.3g} MPa; must be at least "
             f"{needed:.5f}"
         )
-        raise ConfigError(msg)
     return branch_moduli(design, lattice, [(term.time_s, term.modulus_mpa) for term in body.prony])
 
 
@@ -235,8 +234,7 @@ def branch_moduli(design: ElastomerDesign, lattice: Lattice, terms: Sequence[tup
     """
     times, moduli = np.array(terms, float).reshape(-1, 2).T
     if not ((times > 0) & (moduli >= 0)).all():
-        msg = f"Prony terms {list(terms)} are not allowed: times must be above 0, moduli 0 or more"
-        raise ConfigError(msg)
+        raise ConfigError(f"Prony terms {list(terms)} are not allowed: times must be above 0, moduli 0 or more")
     added = moduli / (2 * (1 + design.materials.body.poisson_ratio))
     cells = np.tile(added[:, None], (1, len(lattice.cells)))
     slow, fast = (printed_fields(design, lattice.grid, added_mpa=each) for each in (0.0, float(added.sum())))
@@ -254,8 +252,7 @@ def _isotropic_mpa(core: CellStiffness) -> float:
 def _weights(branches: Branches, dt_s: float) -> tuple[Array, Array, Array]:
     """Weights e^-x of the tensor before a step and m - e^-x of the metric before it; m; each of shape (branches,)."""
     if not dt_s >= 0:
-        msg = f"dt_s = {dt_s:g} is not allowed: must be 0 or more"
-        raise ConfigError(msg)
+        raise ConfigError(f"dt_s = {dt_s:g} is not allowed: must be 0 or more")
     ratio = dt_s / branches.times_s
     decay = np.exp(-ratio)
     mean = np.divide(-np.expm1(-ratio), ratio, out=np.ones_like(ratio), where=ratio > 0)

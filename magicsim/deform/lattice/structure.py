@@ -261,8 +261,7 @@ def _inside_core(lattice: Lattice, grid: CellGrid) -> Mask:
 def _check_size(planes: Planes, most: int) -> None:
     nodes = math.prod(len(each) for each in planes)
     if nodes > most:
-        msg = (
+        raise GeometryError(
             f"the lattice has {nodes} nodes, at most {most} are allowed: take a larger design.lattice.spacing_mm or "
             "growth, a smaller margin or fine_depth, or a smaller block"
         )
-        raise GeometryError(msg)

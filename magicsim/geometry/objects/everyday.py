@@ -223,9 +223,8 @@ class BananaObject(EverydayObject):
     @model_validator(mode="after")
     def _check_bend(self) -> Self:
         if self.radius_mm >= self.bend_radius_mm or self.length_mm > 2 * self.bend_radius_mm:
-            msg = (
+            raise ValueError(
                 f"bend_radius_mm = {self.bend_radius_mm:g} is not allowed: must be above radius_mm = "
                 f"{self.radius_mm:g} and at least half of length_mm = {self.length_mm:g}"
             )
-            raise ValueError(msg)
         return self

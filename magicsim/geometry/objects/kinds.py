@@ -51,12 +51,10 @@ def parse_object(text: str) -> AnyObject:
     for setting in filter(None, _BETWEEN.split(settings)):
         key, separator, value = setting.partition("=")
         if not separator:
-            msg = f"object '{text}': '{setting}' is not of the form key=value"
-            raise ConfigError(msg)
+            raise ConfigError(f"object '{text}': '{setting}' is not of the form key=value")
         name = key.strip()
         if name in given:
-            msg = f"object '{text}': {name} is given twice; give it once"
-            raise ConfigError(msg)
+            raise ConfigError(f"object '{text}': {name} is given twice; give it once")
         given.add(name)
         values[name] = _numbers(value) if name in SEQUENCES else value
     model = validate(OBJECT_KINDS[kind], values, source=f"object '{text}'")

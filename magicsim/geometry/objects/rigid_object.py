@@ -70,5 +70,4 @@ class ObjectBase(Config):
 def check_edge(edge_radius_mm: float, *half_sizes_mm: float) -> None:
     """Raises ValueError where an edge radius is not below all half sizes and leaves nothing between the edges."""
     if edge_radius_mm >= min(half_sizes_mm):
-        msg = f"edge_radius_mm = {edge_radius_mm:g} is not allowed: must be below {min(half_sizes_mm):g} mm"
-        raise ValueError(msg)
+        raise ValueError(f"edge_radius_mm = {edge_radius_mm:g} is not allowed: must be below {min(half_sizes_mm):g} mm")

@@ -231,11 +231,10 @@ class PlateObject(ObjectBase):
     def _refuse_misfit(self, what: str, needed_mm: float, along: int, most: int, total: int) -> None:
         """One texture element must fit on the flat part, and all of them in memory."""
         if along == 0:
-            msg = (
+            raise ValueError(
                 f"size_mm = {self.size_mm:g} is not allowed: one {what} needs {needed_mm:g} mm of the "
                 f"{self.plate().flat_mm:.4g} mm that are flat"
             )
-            raise ValueError(msg)
         if total > most:
             msg = f"{total} {what}s are too many: at most {most}; use a larger spacing_mm or a smaller size_mm"
             raise ValueError(msg)
@@ -291,8 +290,7 @@ class LinesObject(PlateObject):
             raise ValueError(msg)
         most = min(self.width_mm, self.height_mm or self.width_mm) / 2
         if self.edge_radius_mm is not None and self.edge_radius_mm > most:
-            msg = f"edge_radius_mm = {self.edge_radius_mm:g} is not allowed: must be at most {most:g} mm"
-            raise ValueError(msg)
+            raise ValueError(f"edge_radius_mm = {self.edge_radius_mm:g} is not allowed: must be at most {most:g} mm")
         along = self._solid().count
         self._refuse_misfit("ridge", self.width_mm, along, MAX_RIDGES, along)
         return self

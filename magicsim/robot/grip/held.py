@@ -118,11 +118,10 @@ def find_balance(
             )
         if np.linalg.norm(place) > limits.most_mm:
             return RestingPlace(place=place, unbalanced=force, search=Search.LOST, trials=trials)
-    msg = (
+    raise ConvergenceError(
         f"the held object does not come to rest: {np.abs(force).max():.3g} N out of balance after {trials} trials, "
         f"{np.linalg.norm(place):.3g} mm from where it was"
     )
-    raise ConvergenceError(msg)
 
 
 def _step(matrix: Array, force: Array, free: Mask, softest: float) -> Array:
@@ -216,11 +215,10 @@ def settle(pair: FingerPair, place: ObjectPlace, width_mm: float, load: Load, *,
     if found.search is not Search.BALANCED:
         limit = None if found.limit is None else COORDINATES[found.limit]
         if limit == "z_mm":
-            msg = (
+            raise ConfigError(
                 f"load is not allowed: it presses the object to z_mm = {settled.z_mm:.3g}; gaps of the workspace allow "
                 f"{room[0]:.3g} to {room[1]:.3g}"
             )
-            raise ConfigError(msg)
         pair.take_away(width_mm)
         return Held(hold=Hold.DROPPED, place=settled, slid_mm=way, trials=found.trials, limit=limit)
     return Held(hold=Hold.of_way(way), place=settled, slid_mm=way, trials=found.trials)

@@ -113,11 +113,10 @@ class Linkage:
             msg = f"linkage.least_deg = {self.least_deg:g} is not allowed: must be below most_deg = {self.most_deg:g}"
             raise ConfigError(msg)
         if self.width_mm(self.least_deg) <= 0:
-            msg = (
+            raise ConfigError(
                 f"linkage.least_deg = {self.least_deg:g} is not allowed: the fingers would pass through each other "
                 f"(distance of their faces {self.width_mm(self.least_deg):.3g} mm, must be above 0)"
             )
-            raise ConfigError(msg)
 
     def width_mm(self, angle_deg: float) -> float:
         """Distance of the contact faces at an angle [mm]."""
@@ -156,11 +155,10 @@ class Linkage:
         """
         widest = self.width_mm(self.most_deg)
         if thick_mm >= widest:
-            msg = (
+            raise ConfigError(
                 f"object '{kind}' does not fit between the fingers: {thick_mm:.4g} mm along the closing axis, and they "
                 f"open to {widest:.4g} mm"
             )
-            raise ConfigError(msg)
 
     def turned_deg(self, angle_deg: float, target_deg: float, *, dt_s: float) -> float:
         """The angle after some time on the way to another, at no more than the largest speed [degrees]."""

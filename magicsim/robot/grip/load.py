@@ -71,8 +71,7 @@ class Load:
         for name, most in limits.items():
             check_vector(f"load.{name}", getattr(self, name), -most, most)
         if not any(self.down):
-            msg = f"load.down = {list(self.down)} is not allowed: must not be 0"
-            raise ConfigError(msg)
+            raise ConfigError(f"load.down = {list(self.down)} is not allowed: must not be 0")
 
     @classmethod
     def of_mass(cls, mass_g: float, **other: Vector) -> Self:

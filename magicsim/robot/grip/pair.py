@@ -164,11 +164,10 @@ class FingerPair:
         low = max(width_mm / 2 - up - up_high, down + down_low - width_mm / 2)
         high = min(width_mm / 2 - up - up_low, down + down_high - width_mm / 2)
         if low > high:
-            msg = (
+            raise ConfigError(
                 f"width_mm = {width_mm:.4g} is not allowed: the object does not fit, {up + down:.4g} mm between the "
                 f"faces, which gaps of {up_low:g} to {up_high:g} mm and {down_low:g} to {down_high:g} mm leave no room"
             )
-            raise ConfigError(msg)
         return low, high
 
 

@@ -53,8 +53,7 @@ def body_object(model: MjModel, body: int) -> tuple[BodyObject, int | None]:
     """
     first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
     if count == 0:
-        msg = f"body '{model.body(body).name}' has no geometry to touch a sensor with: give it a geom"
-        raise ConfigError(msg)
+        raise ConfigError(f"body '{model.body(body).name}' has no geometry to touch a sensor with: give it a geom")
     geoms = list(range(first, first + count))
     colliding = [geom for geom in geoms if model.geom_contype[geom] or model.geom_conaffinity[geom]]
     solid, frame = body_solid(model, body, colliding or geoms)

@@ -75,11 +75,9 @@ class Coupling:
         check_number("damping_s", damping_s, 0, 1)
         names = [touch.site for touch in touches]
         if not names:
-            msg = "touches is empty: a coupling needs at least one sensor"
-            raise ConfigError(msg)
+            raise ConfigError("touches is empty: a coupling needs at least one sensor")
         if len(set(names)) < len(names):
-            msg = f"touches have the same site twice ({', '.join(names)}): a sensor touches one body"
-            raise ConfigError(msg)
+            raise ConfigError(f"touches have the same site twice ({', '.join(names)}): a sensor touches one body")
         if model.opt.integrator == engine().mjtIntegrator.mjINT_RK4:
             msg = "integrator = RK4 is not allowed: contact is answered once a step; must be Euler or an implicit one"
             raise ConfigError(msg)
@@ -219,11 +217,10 @@ class Coupling:
     def _check_step(self, product: Array, dt: float) -> None:
         rate = float(np.abs(np.linalg.eigvals(product)).max())
         if dt * dt * rate >= STABLE:
-            msg = (
+            raise ConfigError(
                 f"timestep = {dt:g} s is too long for a contact of this stiffness and mass at {self.data.time:.3f} s: "
                 f"must be below {np.sqrt(STABLE / rate):.2g} s"
             )
-            raise ConfigError(msg)
 
     def _apply(self) -> None:
         """Adds every wrench to the body and its reaction to the finger, both at the sensor's origin."""
@@ -246,13 +243,11 @@ def _check_rates(timestep_s: float, scenes: Mapping[str, SceneConfig]) -> None:
     first = next(iter(rates))
     for site, rate in rates.items():
         if rate != rates[first]:
-            msg = (
+            raise ConfigError(
                 f"frames_per_second = {rate:g} of site '{site}' is not allowed: must be {rates[first]:g}, as of site "
                 f"'{first}': all sensors of a coupling film together"
             )
-            raise ConfigError(msg)
     if timestep_s * rates[first] > 1:
-        msg = (
+        raise ConfigError(
             f"timestep = {timestep_s:g} s is not allowed: must be at most {1 / rates[first]:.4g} s, the time of a frame"
         )
-        raise ConfigError(msg)

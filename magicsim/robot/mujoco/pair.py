@@ -76,8 +76,7 @@ def find_pair(model: MjModel, touch: Touch) -> Attachment:
     body = _number(model, "body", touch.body, model.nbody)
     finger = int(model.site_bodyid[site])
     if int(model.body_weldid[finger]) == int(model.body_weldid[body]):
-        msg = f"body '{touch.body}' is fixed to the sensor at site '{touch.site}': it must move against it"
-        raise ConfigError(msg)
+        raise ConfigError(f"body '{touch.body}' is fixed to the sensor at site '{touch.site}': it must move against it")
     return Attachment(site=site, finger=finger, body=body)
 
 
@@ -90,11 +89,10 @@ def check_excluded(model: MjModel, touch: Touch, pair: Attachment) -> None:
     if (pair.finger, pair.body) in _excluded(model) or not _may_collide(model, pair):
         return
     finger = str(model.body(pair.finger).name)
-    msg = (
+    raise ConfigError(
         f"body '{touch.body}' would touch site '{touch.site}' twice, by the sensor and by MuJoCo: add <exclude "
         f'body1="{finger}" body2="{touch.body}"/> to <contact>, or compile with magicsim.robot.mujoco.compiled'
     )
-    raise ConfigError(msg)
 
 
 def _excluded(model: MjModel) -> set[tuple[int, int]]:

@@ -39,12 +39,11 @@ def facing_distance_mm(data: MjData, own: int, other: int, names: tuple[str, str
     turned = float(np.degrees(np.arccos(np.clip((np.trace(between) - 1) / 2, -1, 1))))
     aside, distance = float(np.hypot(apart[0], apart[1])), -float(apart[2])
     if turned > MOST_TURN_DEG or aside > MOST_ASIDE_MM or not LEAST_WIDTH_MM <= distance <= FARTHEST_MM:
-        msg = (
+        raise ConfigError(
             f"site '{names[0]}' does not face site '{names[1]}' at {data.time:.3f} s: {turned:.3g} degrees from half a "
             f"turn about y, {aside:.3g} mm aside, {distance:.3g} mm apart; must be at most {MOST_TURN_DEG:g} degrees "
             f"and {MOST_ASIDE_MM:g} mm, {LEAST_WIDTH_MM:g} to {FARTHEST_MM:g} mm apart"
         )
-        raise ConfigError(msg)
     return distance
 
 

@@ -57,8 +57,7 @@ def check_references(count: int) -> None:
     """Refuses a number of reference frames of which nothing can be learned, before any is rendered."""
     least = load_profile(PROFILE).background_count
     if count < least:
-        msg = f"references = {count} is not allowed with task assembly: must be at least {least}"
-        raise ConfigError(msg)
+        raise ConfigError(f"references = {count} is not allowed with task assembly: must be at least {least}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

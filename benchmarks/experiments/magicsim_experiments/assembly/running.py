@@ -111,11 +111,10 @@ class AssemblyConfig(Config):
     @model_validator(mode="after")
     def _check_success(self) -> Self:
         if self.success_mm > self.jack.depth_mm:
-            msg = (
+            raise ValueError(
                 f"success_mm = {self.success_mm:g} is not allowed: must be at most {self.jack.depth_mm:g}, the depth "
                 "of the jack"
             )
-            raise ValueError(msg)
         return self
 
     def setup(self, *, references: int, samples: int) -> Setup:

@@ -165,8 +165,7 @@ def check_plug(plug: object) -> PlugObject:
     """The plug of a scene."""
     if not isinstance(plug, PlugObject):
         kind = getattr(plug, "kind", None)
-        msg = f"object.kind = {kind!r} is not allowed here: an assembly needs a 'plug'"
-        raise ConfigError(msg)
+        raise ConfigError(f"object.kind = {kind!r} is not allowed here: an assembly needs a 'plug'")
     return plug
 
 

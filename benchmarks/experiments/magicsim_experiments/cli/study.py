@@ -68,8 +68,7 @@ def study(
         print_result(_planned(found.config.kind, stages, options.workers), as_json=json)
         return
     if out is None:
-        msg = "--out is missing: where does the result go?"
-        raise ConfigError(msg)
+        raise ConfigError("--out is missing: where does the result go?")
     from magicsim_experiments.study.protocol import FOLDER
 
     FOLDER.check(out, resume=resume)

@@ -29,8 +29,7 @@ def grasp(
     `items=["orange"]` or `grip_n=6`.
     """
     if not 1 <= episodes <= MOST_EPISODES:
-        msg = f"--episodes {episodes} is not allowed: must be 1 to {MOST_EPISODES}"
-        raise ConfigError(msg)
+        raise ConfigError(f"--episodes {episodes} is not allowed: must be 1 to {MOST_EPISODES}")
     from magicsim.config.models import apply_overrides, validate
     from magicsim_experiments.task.growing import FOLDER
     from magicsim_experiments.task.settings import GraspConfig
@@ -95,8 +94,7 @@ def alignment(
     `grip_n=4`.
     """
     if not 1 <= episodes <= MOST_EPISODES:
-        msg = f"--episodes {episodes} is not allowed: must be 1 to {MOST_EPISODES}"
-        raise ConfigError(msg)
+        raise ConfigError(f"--episodes {episodes} is not allowed: must be 1 to {MOST_EPISODES}")
     from magicsim.config.models import apply_overrides, validate
     from magicsim_experiments.learn.settings import need_torch
     from magicsim_experiments.task.alignment.grip import MISSING_MODEL, AlignmentConfig

@@ -48,8 +48,7 @@ class ModelConfig(Config):
     def _check_labels(self) -> Self:
         names = [each.name for each in self.labels]
         if len(set(names)) < len(names):
-            msg = f"labels.name = {names} is not allowed: names a label twice"
-            raise ValueError(msg)
+            raise ValueError(f"labels.name = {names} is not allowed: names a label twice")
         for field, values in (("target_mean", self.target_mean), ("target_sd", self.target_sd)):
             if len(values) != len(names):
                 msg = f"{field} = {list(values)} is not allowed: must have {len(names)} numbers, one a label"
@@ -75,8 +74,7 @@ def read_model(path: Path) -> tuple[ModelConfig, bytes]:
     try:
         content = path.read_bytes()
     except FileNotFoundError:
-        msg = f"model file '{path}' does not exist"
-        raise ConfigError(msg) from None
+        raise ConfigError(f"model file '{path}' does not exist") from None
     except (OSError, ValueError):
         raise ConfigError(_no_model(str(path))) from None
     return parse_config(content, source=str(path)), content

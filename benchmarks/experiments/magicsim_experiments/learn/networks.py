@@ -114,20 +114,16 @@ def load_weights(network: nn.Module, content: bytes, *, source: str = "the model
     try:
         weights = load(content)
     except (SafetensorError, ValueError, KeyError, TypeError, AttributeError, RuntimeError) as error:
-        msg = f"model '{source}' holds no weights that can be read: {_first_line(error)}"
-        raise ConfigError(msg) from None
+        raise ConfigError(f"model '{source}' holds no weights that can be read: {_first_line(error)}") from None
     for name, wanted in network.state_dict().items():
         found = weights.get(name)
         if found is None or found.shape != wanted.shape or found.dtype != wanted.dtype:
             said = "missing" if found is None else f"{_kind(found)} and must be {_kind(wanted)}"
-            msg = f"model '{source}' has weights of another network: '{name}' is {said}"
-            raise ConfigError(msg)
+            raise ConfigError(f"model '{source}' has weights of another network: '{name}' is {said}")
         if not bool(torch.isfinite(found).all()):
-            msg = f"model '{source}' has weights that are not finite: '{name}'"
-            raise ConfigError(msg)
+            raise ConfigError(f"model '{source}' has weights that are not finite: '{name}'")
     if strange := sorted(set(weights) - set(network.state_dict())):
-        msg = f"model '{source}' has weights of another network: '{strange[0]}' is not one of them"
-        raise ConfigError(msg)
+        raise ConfigError(f"model '{source}' has weights of another network: '{strange[0]}' is not one of them")
     network.load_state_dict(weights)
 
 

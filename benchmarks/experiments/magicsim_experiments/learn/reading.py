@@ -39,12 +39,11 @@ class FrameReader:
         """Refuses a frame of another size than the model takes."""
         config, (rows, columns) = self.config, image.shape[:2]
         if (rows, columns) != (config.frame_rows, config.frame_columns):
-            msg = (
+            raise FrameError(
                 f"{what} has {columns} x {rows} pixels; the model takes frames of {config.frame_columns} x "
                 f"{config.frame_rows}; `dataset import` brings recorded ones to that with "
                 f"frames.size_px = [{config.frame_columns}, {config.frame_rows}]"
             )
-            raise FrameError(msg)
 
     def reduced(self, image: Frame) -> Images:
         """A frame as the model sees it, shape (rows, columns, 3)."""
@@ -78,8 +77,7 @@ class FrameReader:
         with np.errstate(all="ignore"):  # what overflows is told below
             answers = answers_with(self._network, samples, self.config)
         if not np.isfinite(answers).all():
-            msg = f"model '{self.path}' has no finite answer: its numbers overflow"
-            raise ConfigError(msg)
+            raise ConfigError(f"model '{self.path}' has no finite answer: its numbers overflow")
         return answers
 
 
@@ -114,14 +112,12 @@ def estimate_frames(
     """
     reader = FrameReader(model)
     if frames is not None and frames < 1:
-        msg = f"frames = {frames} is not allowed: must be at least 1"
-        raise ConfigError(msg)
+        raise ConfigError(f"frames = {frames} is not allowed: must be at least 1")
     if (source / MANIFEST).is_file():
         found = _dataset_frames(source, reader)
     else:
         if frames is None and source_kind(source) == "camera":
-            msg = f"frames is missing: camera {source} never ends; give the number of frames to read"
-            raise ConfigError(msg)
+            raise ConfigError(f"frames is missing: camera {source} never ends; give the number of frames to read")
         found = _source_frames(source, _reference(reference, reader), reader)
     return _estimates(islice(found, frames), reader)
 
@@ -170,8 +166,7 @@ def _reference(reference: Path | None, reader: FrameReader) -> Images | None:
     if reader.config.input != "difference":
         return None
     if reference is None:
-        msg = "--reference is missing: the model reads differences to frames of the untouched sensor"
-        raise ConfigError(msg)
+        raise ConfigError("--reference is missing: the model reads differences to frames of the untouched sensor")
     with closing(read_source(reference)) as found:
         used = []
         for each in islice(found, 30):

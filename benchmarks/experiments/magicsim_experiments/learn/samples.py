@@ -49,8 +49,7 @@ def fold(
     """
     names = np.unique(groups)
     if len(names) < folds:
-        msg = f"there are {len(names)} groups for {folds} folds: more of them are needed, or fewer folds"
-        raise ConfigError(msg)
+        raise ConfigError(f"there are {len(names)} groups for {folds} folds: more of them are needed, or fewer folds")
     order = np.random.default_rng([seed, folds]).permutation(names)
     held = order[number::folds]
     inner = groups if inner is None else inner
@@ -59,8 +58,7 @@ def fold(
     stop = max(1, round(validation_share * len(left)))
     train = left[stop:]
     if not len(train):
-        msg = f"there are {len(left)} groups beside those of the test: too few to train on"
-        raise ConfigError(msg)
+        raise ConfigError(f"there are {len(left)} groups beside those of the test: too few to train on")
     train = train[: max(1, round(share * len(train)))]
     outside = ~np.isin(groups, held)
     return Split(
@@ -91,15 +89,12 @@ class Label(Config):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.name == FRAME:
-            msg = f"name = '{self.name}' is not allowed: it stands for the name of the frame"
-            raise ValueError(msg)
+            raise ValueError(f"name = '{self.name}' is not allowed: it stands for the name of the frame")
         if (self.kind == "choice") != bool(self.choices):
             wanted = "must name at least one" if self.kind == "choice" else f"must be [] of a {self.kind}"
-            msg = f"choices = {list(self.choices)} is not allowed: {wanted}"
-            raise ValueError(msg)
+            raise ValueError(f"choices = {list(self.choices)} is not allowed: {wanted}")
         if any(later <= earlier for earlier, later in pairwise(self.choices)):
-            msg = f"choices = {list(self.choices)} is not allowed: must ascend"
-            raise ValueError(msg)
+            raise ValueError(f"choices = {list(self.choices)} is not allowed: must ascend")
         return self
 
 

@@ -15,8 +15,7 @@ def need_torch(what: str) -> None:
     """Refuses to go on without PyTorch."""
     for name in PACKAGES:
         if importlib.util.find_spec(name) is None:
-            msg = f"{what} needs the package {name}: pip install 'magicsim-experiments[learn]'"
-            raise ConfigError(msg)
+            raise ConfigError(f"{what} needs the package {name}: pip install 'magicsim-experiments[learn]'")
 
 
 Network = Literal["small", "resnet18"]

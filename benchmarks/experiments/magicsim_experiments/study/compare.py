@@ -99,14 +99,12 @@ _FORM = re.compile(r"\w[\w .-]{0,59}")
 
 def _checked(name: str) -> str:
     if not _FORM.fullmatch(name):
-        msg = (
+        raise ValueError(
             f"'{name}' is not allowed as a name: must be letters, digits, '_', '-', '.' and spaces, at most 60, and "
             "begin with one of the first three"
         )
-        raise ValueError(msg)
     if name.casefold() in {each.casefold() for each in TAKEN}:
-        msg = f"'{name}' is not allowed as a name: a study has a file or folder that is called so"
-        raise ValueError(msg)
+        raise ValueError(f"'{name}' is not allowed as a name: a study has a file or folder that is called so")
     return name
 
 
@@ -152,14 +150,12 @@ class CompareConfig(StudyConfig):
         inner = merged(inner, _changes(data.pop("study_changes", {})))
         kind = str(inner.get("kind", ""))
         if kind == "compare":
-            msg = "study = 'compare' is not allowed: a comparison compares another study"
-            raise ConfigError(msg)
+            raise ConfigError("study = 'compare' is not allowed: a comparison compares another study")
         inner = study_class(kind).settings.completed(inner, folder=folder, quick=quick)
         first = {"design": data["design"], "rig": data["rig"]}
         others = data.get("others", [])
         if not isinstance(others, list):
-            msg = f"others = {others!r} is not allowed: must be a list of designs, names or tables"
-            raise ConfigError(msg)
+            raise ConfigError(f"others = {others!r} is not allowed: must be a list of designs, names or tables")
         return {"name": _name_of(data["design"])} | data | {
             "study": {key: value for key, value in inner.items() if key not in GIVEN},
             "others": [_compared(each, first, folder) for each in others],
@@ -192,8 +188,7 @@ class Compare:
         """Refuses designs of one name, and a comparison of which nothing is left."""
         names = [self.config.name, *(each.name for each in self.config.others)]
         if len(set(names)) < len(names):
-            msg = f"others = {names[1:]} is not allowed beside '{names[0]}': must all differ"
-            raise ConfigError(msg)
+            raise ConfigError(f"others = {names[1:]} is not allowed beside '{names[0]}': must all differ")
         if self.config.name in self._refused or not self._studies:
             raise ConfigError(next(iter(self._refused.values())))
 
@@ -249,8 +244,7 @@ def renamed(matrix: Matrix, design: str) -> Matrix:
 def _compared(each: object, first: dict[str, Any], folder: Path) -> dict[str, Any]:
     """A further design from its name or its table; the first one with its changes where it names none."""
     if not isinstance(each, str | dict):
-        msg = f"others holds {each!r}, which is not allowed: must be a name or a table"
-        raise ConfigError(msg)
+        raise ConfigError(f"others holds {each!r}, which is not allowed: must be a name or a table")
     table: dict[str, Any] = {"design": each} if isinstance(each, str) else dict(each)
     if "design" not in table:
         table = first | table

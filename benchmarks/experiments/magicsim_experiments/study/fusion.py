@@ -88,8 +88,7 @@ class Fusion:
     def refuse(self) -> None:
         """Refuses a coat, behind which nothing approaches, and a light that the camera does not know."""
         if self.config.design.is_opaque:
-            msg = "study 'fusion' needs a design that is seen through: design.coat is opaque"
-            raise ConfigError(msg)
+            raise ConfigError("study 'fusion' needs a design that is seen through: design.coat is opaque")
         load_profile(self.config.profile)
         for light in self.config.lights:
             episode_scene(FusionTask(config=self.config, light=light, repeat=0))

@@ -168,8 +168,7 @@ class DatasetStage:
             msg = f"{len(lost)} episodes of '{self.name}' have no frames ({lost[0].message}); --resume tries them again"
             raise OutputError(msg)
         if not found.samples:
-            msg = f"no episode of '{self.name}' has frames: see its errors.jsonl"
-            raise OutputError(msg)
+            raise OutputError(f"no episode of '{self.name}' has frames: see its errors.jsonl")
 
 
 def _lost(manifest: Manifest) -> list[FailedEpisode]:

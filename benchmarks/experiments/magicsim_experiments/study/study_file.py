@@ -85,10 +85,9 @@ def package_versions(study: Study) -> dict[str, str]:
     for package in study.packages:
         if importlib.util.find_spec(package) is None:
             extra = EXTRAS.get(package, package)
-            msg = (
+            raise ConfigError(
                 f"study '{study.config.kind}' needs the package {package}: pip install 'magicsim-experiments[{extra}]'"
             )
-            raise ConfigError(msg)
     return {name: importlib.metadata.version(name) for name in study.packages}
 
 
@@ -124,8 +123,7 @@ def load_study(
     kind = str(data.get("kind", ""))
     kinds = KINDS if kinds is None else kinds
     if "kind" not in data:
-        msg = f"{path.name}: kind is missing; available: {', '.join(sorted(kinds))}"
-        raise ConfigError(msg)
+        raise ConfigError(f"{path.name}: kind is missing; available: {', '.join(sorted(kinds))}")
     found = study_class(kind, kinds)
     own = data.get("design")
     if design is not None:
@@ -155,8 +153,7 @@ def without_small_form(data: Mapping[str, Any], *, source: str, quick: bool) -> 
     rest = {key: value for key, value in data.items() if key != QUICK}
     small = data.get(QUICK, {})
     if not isinstance(small, Mapping):
-        msg = f"{source}: {QUICK} = {small!r} is not allowed: must be a table"
-        raise ConfigError(msg)
+        raise ConfigError(f"{source}: {QUICK} = {small!r} is not allowed: must be a table")
     return merged(rest, small) if quick else rest
 
 

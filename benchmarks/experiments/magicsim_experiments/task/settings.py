@@ -47,8 +47,7 @@ GIVEN = {"object": "items", "contact.friction": "items", "seed": "seed", "frames
 def in_order(pair: tuple[float, float]) -> tuple[float, float]:
     """The pair, smaller one first."""
     if pair[0] > pair[1]:
-        msg = f"{pair[0]:g}, {pair[1]:g} is not allowed: must be the smaller one first"
-        raise ValueError(msg)
+        raise ValueError(f"{pair[0]:g}, {pair[1]:g} is not allowed: must be the smaller one first")
     return pair
 
 
@@ -62,8 +61,7 @@ def refuse_given(settings: Sequence[str], given: Mapping[str, str]) -> None:
         key = each.partition("=")[0].strip()
         for name, by in given.items():
             if key == name or key.startswith(f"{name}."):
-                msg = f"scene: '{each}' is not allowed: must be left to {by}"
-                raise ValueError(msg)
+                raise ValueError(f"scene: '{each}' is not allowed: must be left to {by}")
 
 
 class GraspConfig(Config):
@@ -128,9 +126,8 @@ class GraspConfig(Config):
     def _check_near(self) -> Self:
         most = 2 * self.open_gap_mm
         if self.near_mm[1] > most:
-            msg = (
+            raise ValueError(
                 f"near_mm = {self.near_mm[0]:g}, {self.near_mm[1]:g} is not allowed: must be at most {most:g}, twice "
                 "open_gap_mm, where the other finger is"
             )
-            raise ValueError(msg)
         return self

@@ -57,8 +57,7 @@ def answers_on_presses(folder: Path, stage: LearningStage) -> Answers:
     """Answers of all folds on presses that they have not learned from."""
     found = read_answers(folder, stage, "press")
     if found is None:
-        msg = f"'{folder}' holds no answers of the study's models"
-        raise OutputError(msg)
+        raise OutputError(f"'{folder}' holds no answers of the study's models")
     return found
 
 

@@ -46,8 +46,7 @@ class LearnedConfig(StudyConfig):
 
         changes = data.pop("recipe_changes", {})
         if not isinstance(changes, dict):
-            msg = f"recipe_changes = {changes!r} is not allowed: must be a table of keys of the recipe"
-            raise ConfigError(msg)
+            raise ConfigError(f"recipe_changes = {changes!r} is not allowed: must be a table of keys of the recipe")
         recipe = named_table(data.get("recipe"), "recipe", folder) | changes
         return data | {"recipe": {key: value for key, value in recipe.items() if key not in OF_STUDY}}
 
@@ -205,11 +204,9 @@ def refuse_few(config: LearnedConfig) -> None:
     """
     recipe, folds = config.dataset_recipe(), config.learning.folds
     if recipe.episodes < 2 * folds:
-        msg = (
+        raise ConfigError(
             f"recipe.episodes = {recipe.episodes} is not allowed with learning.folds = {folds}: "
             f"must be at least {2 * folds}"
         )
-        raise ConfigError(msg)
     if recipe.references < 1:
-        msg = "recipe.references = 0 is not allowed: a model reads frames beside an untouched one"
-        raise ConfigError(msg)
+        raise ConfigError("recipe.references = 0 is not allowed: a model reads frames beside an untouched one")

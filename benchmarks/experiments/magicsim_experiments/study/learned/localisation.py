@@ -72,8 +72,7 @@ class Localisation(LearnedStudy):
         """Refuses a recipe without presses or with too few."""
         super().refuse()
         if not touched_frames(self.data[0].recipe.paths):
-            msg = "recipe.paths has no touch: study 'localisation' needs one"
-            raise ConfigError(msg)
+            raise ConfigError("recipe.paths has no touch: study 'localisation' needs one")
 
     def conclude(self, folder: Path) -> StudyResult:
         """Errors by label and method, on unseen presses and units, normal and sheared, and what they rest on."""

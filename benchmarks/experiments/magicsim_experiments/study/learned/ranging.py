@@ -75,11 +75,10 @@ class Ranging(LearnedStudy):
     def refuse(self) -> None:
         """Refuses a coat, through which nothing is seen, and a recipe without near objects or without empty frames."""
         if self.config.design.is_opaque:
-            msg = (
+            raise ConfigError(
                 "study 'ranging' needs a design that is seen through: design.coat is opaque, so nothing shows before "
                 "contact"
             )
-            raise ConfigError(msg)
         super().refuse()
         kinds = {path.kind for path in self.data[0].recipe.paths}
         if not {"hover", "clear"} <= kinds:

@@ -78,8 +78,7 @@ class Resolution:
         """Refuses data that cannot be learned from."""
         refuse_few(self.config)
         if len(set(self.config.sizes_mm)) < len(self.config.sizes_mm):
-            msg = f"sizes_mm = {list(self.config.sizes_mm)} is not allowed: must all differ"
-            raise ConfigError(msg)
+            raise ConfigError(f"sizes_mm = {list(self.config.sizes_mm)} is not allowed: must all differ")
 
     def stages(self) -> Sequence[Stage]:
         """Data and models of each texture."""

@@ -100,8 +100,7 @@ class Wear(LearnedStudy):
         super().refuse()
         names = [drift.name for drift in self.config.drifts]
         if len(set(names)) < len(names):
-            msg = f"drifts = {names} is not allowed: names must all differ"
-            raise ConfigError(msg)
+            raise ConfigError(f"drifts = {names} is not allowed: names must all differ")
 
     def stages(self) -> Sequence[Stage]:
         """All data, the models of the new sensor, and those of the second unit."""

@@ -84,8 +84,7 @@ def _change(data: dict[str, Any], drift: str, name: str, *, factor: float, added
         table = table.get(part) if isinstance(table, Mapping) else None
     value = table.get(last) if isinstance(table, Mapping) else None
     if isinstance(value, bool) or not isinstance(value, int | float):
-        msg = f"drift '{drift}': '{name}' is no number of the design"
-        raise ConfigError(msg)
+        raise ConfigError(f"drift '{drift}': '{name}' is no number of the design")
     table[last] = round(factor * value + added, 12)
 
 

@@ -44,8 +44,7 @@ def refuse_unlike(design: ElastomerDesign, rig: Rig) -> None:
     }
     for problem, is_so in problems.items():
         if is_so:
-            msg = f"study 'light-modes' cannot be done: {problem}"
-            raise ConfigError(msg)
+            raise ConfigError(f"study 'light-modes' cannot be done: {problem}")
 
 
 def wall_modes(design: ElastomerDesign, rig: Rig, *, paths: int, seed: int) -> WallModes:

@@ -107,15 +107,13 @@ class DeformationLaw:
     def refuse(self) -> None:
         """Refuses blocks without a grid and presses through the block."""
         if not self.config.design.has_grid:
-            msg = "study 'deformation-law' needs a printed grid: design.cell_mm = 0"
-            raise ConfigError(msg)
+            raise ConfigError("study 'deformation-law' needs a printed grid: design.cell_mm = 0")
         deepest, most = (
             max(*self.config.depths_mm, self.config.depth_mm),
             MAX_DEPTH_SHARE * self.config.design.height_mm,
         )
         if deepest > most:
-            msg = f"depths_mm = {deepest:g} is not allowed: at most {most:g}, 90 % of the height"
-            raise ConfigError(msg)
+            raise ConfigError(f"depths_mm = {deepest:g} is not allowed: at most {most:g}, 90 % of the height")
 
     def stages(self) -> Sequence[Stage]:
         """Presses, shears and twists."""

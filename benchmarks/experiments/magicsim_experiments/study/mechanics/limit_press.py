@@ -45,11 +45,10 @@ class YieldStress(Config):
     @model_validator(mode="after")
     def _check_order(self) -> Self:
         if not self.low_mpa <= self.mpa <= self.high_mpa:
-            msg = (
+            raise ValueError(
                 f"low_mpa = {self.low_mpa:g}, mpa = {self.mpa:g}, high_mpa = {self.high_mpa:g} are not allowed: must "
                 "not decrease"
             )
-            raise ValueError(msg)
         return self
 
     @property
@@ -108,8 +107,7 @@ class LimitsConfig(StudyConfig):
     def _check_depths(self) -> Self:
         for name, depths in self.paths_mm.items():
             if any(later <= earlier for earlier, later in pairwise(depths)):
-                msg = f"{name} = {list(depths)} is not allowed: must increase"
-                raise ValueError(msg)
+                raise ValueError(f"{name} = {list(depths)} is not allowed: must increase")
         return self
 
     @property

@@ -66,8 +66,7 @@ class Limits:
     def refuse(self) -> None:
         """Refuses curved faces and presses through the block."""
         if self.config.design.face is not None:
-            msg = "study 'limits' needs a flat face: design.face is set"
-            raise ConfigError(msg)
+            raise ConfigError("study 'limits' needs a flat face: design.face is set")
         deepest = max(max(depths) for depths in self.config.paths_mm.values())
         height = min(self.config.with_skin(skin).height_mm for skin in self.config.skins_mm)
         if deepest > MAX_DEPTH_SHARE * height:

@@ -85,8 +85,7 @@ class ManufacturingConfig(StudyConfig):
     @model_validator(mode="after")
     def _check_depths(self) -> Self:
         if any(later <= earlier for earlier, later in pairwise(self.depths_mm)):
-            msg = f"depths_mm = {list(self.depths_mm)} is not allowed: must increase"
-            raise ValueError(msg)
+            raise ValueError(f"depths_mm = {list(self.depths_mm)} is not allowed: must increase")
         return self
 
 
@@ -146,8 +145,7 @@ class Manufacturing:
     def refuse(self) -> None:
         """Refuses curved faces."""
         if any(design.face is not None for design in self.designs.values()):
-            msg = "study 'manufacturing' needs flat faces: design.face is set"
-            raise ConfigError(msg)
+            raise ConfigError("study 'manufacturing' needs flat faces: design.face is set")
 
     def stages(self) -> Sequence[Stage]:
         """Presses at places of the face."""
@@ -216,11 +214,10 @@ class Manufacturing:
         threshold, depths = self.config.probe.threshold_n, np.array(self.config.depths_mm)
         weakest = min(float(curve[-1]) for curve in curves)
         if weakest < 1.3 * threshold:  # a stiffness of the unit of 1 / 1.3 still reaches it
-            msg = (
+            raise ConfigError(
                 f"depths_mm = {self.config.depths_mm[-1]:g} at most is too little: the force is {weakest:.3g} N there, "
                 f"and probe.threshold_n = {threshold:g} needs 1.3 times as much"
             )
-            raise ConfigError(msg)
         size = len(curves) // len(KINDS)
         found = {}
         for number, kind in enumerate(KINDS):

@@ -45,13 +45,11 @@ class AngleReader:
             ConfigError: It is no model, or tells no angle; the message says how to make one.
         """
         if not model.is_file():
-            msg = f"model file '{model}' does not exist: {HOW}"
-            raise ConfigError(msg)
+            raise ConfigError(f"model file '{model}' does not exist: {HOW}")
         self.reader = FrameReader(model)
         labels = [label.name for label in self.reader.config.labels]
         if LABEL not in labels:
-            msg = f"model '{model}' tells {', '.join(labels)} and not {LABEL}: {HOW}"
-            raise ConfigError(msg)
+            raise ConfigError(f"model '{model}' tells {', '.join(labels)} and not {LABEL}: {HOW}")
         self._column = labels.index(LABEL)
         self._untouched: list[Images] = []
 
@@ -68,8 +66,7 @@ class AngleReader:
             ConfigError: Nothing has been learned of the untouched fingers yet.
         """
         if not self._untouched:
-            msg = "the untouched fingers are not known yet: call learn first"
-            raise ConfigError(msg)
+            raise ConfigError("the untouched fingers are not known yet: call learn first")
         angles = self.reader.read([upper, lower], self._untouched)[:, self._column]
         return ReadAngle(upper_deg=float(angles[0]), lower_deg=-float(angles[1]))
 
@@ -209,8 +206,7 @@ def take(gripper: Gripper, grip: Grip) -> None:
         gripper.turn_to(gripper.linkage.angle_deg(width), dt_s=LONG_S, floats=True)
         if gripper.truth().is_stalled:
             return
-    msg = f"the motors do not stall at {gripper.linkage.force_limit_n:g} N on '{grip.item}'"
-    raise ConvergenceError(msg)
+    raise ConvergenceError(f"the motors do not stall at {gripper.linkage.force_limit_n:g} N on '{grip.item}'")
 
 
 def _row(

@@ -125,11 +125,10 @@ def grip_scene(config: AlignmentConfig, item: Item, model: ModelConfig) -> Scene
     camera = scene.rig.camera
     ratio = (model.frame_rows / model.frame_columns) / (camera.rows / camera.columns)
     if abs(ratio - 1) > ASPECT_SHARE:
-        msg = (
+        raise ConfigError(
             f"the model takes frames of {model.frame_columns} x {model.frame_rows} pixels, which are no reduced frames "
             f"of the rig's {camera.columns} x {camera.rows}; give the rig that its data were made with"
         )
-        raise ConfigError(msg)
     values = scene.model_dump()
     values["rig"]["camera"] |= {"columns": model.frame_columns, "rows": model.frame_rows}
     values["contact"]["friction"] = item.friction
