@@ -1,11 +1,16 @@
 """Names of packages that are loaded when they are first used, so that importing a package stays light."""
 
+import ast
 import importlib
+import pkgutil
 import sys
 from collections.abc import Callable, Mapping
 
+Loader = Callable[[str], object]
+Lister = Callable[[], list[str]]
 
-def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
+
+def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Loader, Lister]:
     """`__getattr__` and `__dir__` of a package whose names are loaded when they are first used.
 
     Args:
@@ -25,3 +30,18 @@ def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], 
         return sorted({*vars(sys.modules[package]), *homes})
 
     return load, names
+
+
+def stub_names(package: str) -> tuple[Loader, Lister, list[str]]:
+    """`__getattr__`, `__dir__` and `__all__` of a package by the imports of its stub `__init__.pyi`.
+
+    Type checkers read the same file, so that a name and its home are listed once.
+    """
+    imports = ast.parse(pkgutil.get_data(package, "__init__.pyi") or b"").body
+    homes = {
+        each.asname or each.name: f"{line.module}:{each.name}"
+        for line in imports
+        if isinstance(line, ast.ImportFrom)
+        for each in line.names
+    }
+    return *lazy_names(package, homes), sorted(homes)

@@ -1,0 +1,4 @@
+from magicsim.robot.mujoco.coupling import Coupling
+from magicsim.robot.mujoco.pair import Touch, compiled
+
+__all__ = ["Coupling", "Touch", "compiled"]
