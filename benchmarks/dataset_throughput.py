@@ -26,7 +26,7 @@ from magicsim.dataset.generate import Standing, generate_dataset
 from magicsim.dataset.manifest import read_manifest
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
-from magicsim.workers.options import choose_workers, usable_cores
+from magicsim.workers.attempt import choose_workers, usable_cores
 
 LOG = "episodes.jsonl"
 QUARTERS = (0.25, 0.5, 0.75, 1.0)

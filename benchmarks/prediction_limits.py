@@ -26,7 +26,7 @@ from magicsim_experiments.study.study_file import load_study
 from predictions import RESULT, TABLES
 
 from magicsim.folder import result_file
-from magicsim.workers.options import choose_workers
+from magicsim.workers.attempt import choose_workers
 
 NO_BESIDE, NO_SHEAR = "beside.skins_mm=[]", "sheared.paths_mm=[]"
 ONE_SKIN = ["skins_mm=[0.6]", NO_BESIDE]

@@ -15,7 +15,7 @@ from pathlib import Path
 from playwright.sync_api import Page, sync_playwright
 
 from magicsim.live import LiveWindow, find_subject
-from magicsim.live.wish import Wish
+from magicsim.live.sight import Wish
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 DESKTOP, PHONE = (1360, 860), (390, 844)

@@ -1,4 +1,7 @@
-"""Commands of datasets: `dataset RECIPE`, `dataset import` of recorded frames, `dataset verify`, `dataset export`."""
+"""Commands that compute many things on many processes: datasets and design sweeps.
+
+`dataset RECIPE`, `dataset import` of recorded frames, `dataset verify`, `dataset export`; `sweep`.
+"""
 
 import sys
 import time
@@ -15,7 +18,7 @@ if TYPE_CHECKING:
     from magicsim.dataset.generate import Standing
     from magicsim.dataset.recipes.estimate import Cost
     from magicsim.dataset.recipes.recipe import Recipe
-    from magicsim.workers.options import WorkerOptions
+    from magicsim.workers.attempt import WorkerOptions
 
 dataset_app = App(name="dataset")
 app.command(dataset_app)
@@ -42,7 +45,7 @@ def dataset(
     """
     from magicsim.dataset.manifest import FOLDER
     from magicsim.dataset.recipes.recipe import load_recipe
-    from magicsim.workers.options import choose_workers
+    from magicsim.workers.attempt import choose_workers
 
     config = load_recipe(recipe, settings or [], seed=seed)
     options = choose_workers(workers, cluster=cluster, timeout_s=config.timeout_s)
@@ -132,7 +135,7 @@ def _announce(out: Path, workers: int) -> "Callable[[Cost], None]":
     """Writes the estimate of time and disk, before any work."""
     import shutil
 
-    from magicsim.workers.options import usable_cores
+    from magicsim.workers.attempt import usable_cores
 
     def announce(found: "Cost") -> None:
         cores, free = min(workers, usable_cores()), shutil.disk_usage(out).free
@@ -155,3 +158,35 @@ def _told(progress: Callable[..., None]) -> "Callable[[Standing], None]":
         progress(standing.done, standing.total, f"{rate:.2f} frames/s, {standing.failed} failed")
 
     return tell
+
+
+@app.command
+def sweep(
+    sweep: str, *, out: Out,
+    workers: Annotated[int | None, Parameter(help="Processes; one for each core by default.")] = None,
+    cluster: Annotated[str | None, Parameter(help="Address of a dask.distributed scheduler.")] = None,
+    resume: Annotated[bool, Parameter(negative="", help="Go on with the folder's sweep.")] = False,
+    settings: Settings = None, seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Judge many designs by the same measures, and write a table and a page to explore them.
+
+    A run that was stopped or killed goes on with --resume. A design that fails is reported and stops no other.
+    """
+    from magicsim.sweep.result import FOLDER
+    from magicsim.sweep.sweep_file import load_sweep
+    from magicsim.workers.attempt import choose_workers
+
+    config = load_sweep(sweep, settings or [], seed=seed)
+    options = choose_workers(workers, cluster=cluster, timeout_s=config.timeout_s)
+    FOLDER.check(out, resume=resume)
+    from magicsim.cli.progress import show_progress
+    from magicsim.sweep.comparison import run_sweep
+    from magicsim.sweep.designs import count_designs
+
+    with show_progress(f"{sweep}: {count_designs(config)} designs") as progress:
+        summary = run_sweep(config, out, options=options, resume=resume, progress=_designs_told(progress))
+    print_result(fields_of(summary), as_json=json)
+
+
+def _designs_told(progress: Callable[..., None]) -> Callable[[int, int, int], None]:
+    return lambda done, total, failed: progress(done, total, f"{failed} failed" if failed else "")

@@ -1,6 +1,6 @@
 """What the installed command runs: parse, call, and report an error as one line.
 
-The command modules, one a command, are imported for their registration alone.
+The command modules are imported for their registration alone.
 """
 
 import logging
@@ -11,19 +11,7 @@ import sys
 from cyclopts import CycloptsError
 from cyclopts.exceptions import UnknownCommandError
 
-from magicsim.cli import (  # noqa: F401
-    dataset,
-    detect,
-    evaluate,
-    export,
-    fit,
-    info,
-    live,
-    press,
-    render,
-    simulate,
-    sweep,
-)
+from magicsim.cli import dataset, evaluate, fit, info, press, simulate  # noqa: F401
 from magicsim.cli.app import app
 from magicsim.config.extensions import COMMANDS, EXPERIMENTS, extensions, missing_experiments
 from magicsim.errors import ConfigError, MagicsimError, one_line, unknown_choice

@@ -1,4 +1,4 @@
-"""The command that judges detectors: `evaluate`."""
+"""The commands that judge: `detect` and `evaluate`."""
 
 import sys
 import time
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from magicsim.cli.app import Json, Out, Seed, Settings, app, print_result
+from magicsim.cli.app import Json, Out, Seed, Settings, app, print_result, refuse_settings
 from magicsim.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -18,6 +18,35 @@ if TYPE_CHECKING:
 
 REGRESSED = 1
 """Exit code where a measure fell significantly against the baseline."""
+
+
+@app.command
+def detect(
+    source: Path, *,
+    reference: Annotated[Path | None, Parameter(help="Frames of the untouched sensor.")] = None,
+    profile: str = "calibrated", frames: int | None = None, grasp: bool = False,
+    seed: Seed = None, settings: Settings = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Run the detectors on an image, a folder of images, a video, a camera (by its index), a run or a dataset.
+
+    A run of `simulate`, a dataset and a recording with a truth.csv bring their own references.
+    --frames judges so many frames at most; a camera runs until it is interrupted without it. --grasp runs the grasp
+    state machine over the frames and adds its `stage` and `slip` to each.
+    """
+    from magicsim.detectors.offline import write_verdicts
+    from magicsim.detectors.video import quiet_opencv
+
+    refuse_settings(settings, "detect", "; write a profile file and name it with --profile")
+    if reference is None:
+        from magicsim.evaluation.existing import is_existing, write_existing_verdicts
+
+        if not is_existing(source):
+            msg = f"--reference is missing: '{source}' is no run, dataset or recording with untouched frames of its own"
+            raise ConfigError(msg)
+        write_existing_verdicts(sys.stdout, source, profile, frames=frames, grasp=grasp, as_json=json)
+        return
+    with quiet_opencv():  # a broken image is reported once, by us
+        write_verdicts(sys.stdout, source, reference, profile, frames=frames, grasp=grasp, as_json=json)
 
 
 @app.command
@@ -97,7 +126,7 @@ def evaluate(
 def _foretell(suite: "SuiteConfig", cache: Path, *, is_quick: bool) -> None:
     """Says on stderr how long the takes that are not kept will need."""
     from magicsim.evaluation.footage import MOST_S, foretold_s
-    from magicsim.workers.options import usable_cores
+    from magicsim.workers.attempt import usable_cores
 
     cores = usable_cores()
     wanted, kept, seconds = foretold_s(suite, cache, cores)

@@ -5,7 +5,7 @@ import os
 from magicsim.dataset.recipes.estimate import estimate_scene, lattice_nodes, taxel_bytes
 from magicsim.errors import ConfigError
 from magicsim.scenes.scene import SceneConfig
-from magicsim.workers.options import usable_cores
+from magicsim.workers.attempt import usable_cores
 
 LONG_S = 300.0
 """Time from which an estimate is worth a line [s]."""

@@ -1,11 +1,11 @@
-"""The commands that solve contacts: `press`, `press durometer`."""
+"""Commands of one design: `press` and `press durometer`, which solve contacts, and `export`."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
-from magicsim.cli.app import Json, Seed, Settings, app, print_result
+from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_result
 from magicsim.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -120,3 +120,20 @@ def _pair(name: str, text: str) -> tuple[float, float]:
     except ValueError:
         raise ConfigError(f"{name} = '{text}' is not allowed: must be two numbers X,Y") from None
     return x, y
+
+
+@app.command
+def export(design: str, *, out: Out, settings: Settings = None, seed: Seed = None, json: Json = False) -> None:
+    """Write a design's geometry: the clear part with its cavities, and the infill.
+
+    The suffix of --out chooses the format: .3mf to print (mm, both parts in one file), .glb to look at (metres, as glTF
+    asks) or .stl (mm, the infill in a second file).
+    """
+    from magicsim.config.models import load_preset
+    from magicsim.geometry.design import ElastomerDesign
+    from magicsim.geometry.files.export import export_design
+
+    print_result(
+        fields_of(export_design(load_preset(ElastomerDesign, "design", design, settings or []), out)),
+        as_json=json,
+    )

@@ -1,15 +1,17 @@
-"""The command that simulates a scene, `simulate`, and the one that says what that needs, `simulate plan`."""
+"""Commands of one scene: `simulate`, `simulate plan`, which says what that needs, `render` and `live`."""
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import App, Parameter
 
-from magicsim.cli.app import Json, Seed, Settings, Threads, app, fields_of, limit_threads, print_result
+from magicsim.cli.app import Json, Seed, Settings, Threads, app, fields_of, limit_threads, print_object, print_result
+from magicsim.errors import ConfigError
 
 simulate_app = App(name="simulate")
 app.command(simulate_app)
+LOWEST_PORT, HIGHEST_PORT = 1024, 65000
 
 
 @simulate_app.default
@@ -90,3 +92,68 @@ def _scene_of(name: str) -> tuple[str, list[str]]:
     if name.endswith(".toml") and "cell_mm" in read_toml(find_preset("scene", name)):
         return "demo", [f"design='{Path(name).expanduser().absolute().as_posix()}'"]
     return name, []
+
+
+@app.command
+def render(
+    scene: str, *, frame: int = 0, estimator: Literal["fluence", "path"] | None = None,
+    samples: int | None = None, particles: int | None = None, basis: bool = False,
+    relative_error: float | None = None, out: Annotated[Path | None, Parameter(name="--out")] = None,
+    settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Render one linear radiance image of a scene's frame, float32, (rows, columns, 3).
+
+    Without --samples or --particles it takes those of the scene's anchor. --basis renders one image for each light, as
+    arrays of an .npz file that `magicsim.light.relight` adds up with other strengths. --relative-error averages
+    independent images, each with the scene's own samples, until the error estimated from their spread is below it.
+    """
+    from magicsim.scenes.scene import load_scene
+
+    choices = [f"render.estimator={estimator}"] if estimator is not None else []
+    choices += [f"render.samples={samples}"] if samples is not None else []
+    choices += [f"render.particles={particles}"] if particles is not None else []
+    config = load_scene(scene, [*(settings or []), *choices], seed=seed)
+    limit_threads(threads)
+    from magicsim.cli.progress import show_progress
+    from magicsim.simulation.still import render_still, with_care
+
+    if relative_error is None:
+        config = with_care(config, samples=samples is None, particles=particles is None)
+    with show_progress(f"{scene}: frame {frame}"):
+        still = render_still(config, frame, out, basis=basis, relative_error=relative_error)
+    print_result(fields_of(still), as_json=json)
+
+
+@app.command
+def live(
+    subject: str, *, object: Annotated[str | None, Parameter(name="--object", help="KIND:key=value,...")] = None,
+    quality: Annotated[str, Parameter(help="control, or full: slower and finer.")] = "control",
+    out: Annotated[Path, Parameter(name="--out", help="Where recordings go.")] = Path("magicsim-live"),
+    port: Annotated[int, Parameter(help="Where to listen, on 127.0.0.1 alone.")] = 8321,
+    browser: Annotated[bool, Parameter(negative="--no-browser", help="Open the page.")] = True,
+    settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Open a window on a scene or a design: drag and press the object, see frame, lattice, force and verdicts."""
+    from magicsim.live.subject import find_subject
+
+    if not LOWEST_PORT <= port <= HIGHEST_PORT:
+        raise ConfigError(f"port = {port} is not allowed: must be {LOWEST_PORT} to {HIGHEST_PORT}")
+    scene = find_subject(subject, settings or [], seed=seed, object=object)
+    limit_threads(threads)
+    from magicsim.live.window import LiveWindow
+
+    def told(line: str) -> None:
+        sys.stderr.write(f"{subject}: {line}\n")
+
+    with LiveWindow(scene, folder=out, port=port, quality=quality, told=told) as window:
+        if json:
+            print_object({"address": window.address}, on_one_line=True)
+            sys.stdout.flush()
+        else:
+            sys.stdout.write(f"{window.address} (Ctrl-C ends it; recordings go to {out})\n")
+            sys.stdout.flush()
+        if browser:
+            import webbrowser
+
+            webbrowser.open(window.address)
+        window.wait()

@@ -8,7 +8,7 @@ nobody knows has None, and so has the total.
 
 import json
 
-from magicsim.dataset.layout import Layout
+from magicsim.dataset.assembly import Layout
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.shard import Column

@@ -21,12 +21,10 @@ from magicsim.dataset.rows import SampleTask, nominal_calibration, sensors_table
 from magicsim.dataset.shard import Column, schema_of_columns
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import RESUMABLE
-from magicsim.folder.lock import sole_writer
-from magicsim.folder.target import output_errors
+from magicsim.folder.target import output_errors, sole_writer
 from magicsim.light.variant import activate_variant
 from magicsim.waiting import Told, on_stderr, unheard, waiting
-from magicsim.workers.attempt import Prepare, bound_threads
-from magicsim.workers.options import WorkerOptions, choose_workers
+from magicsim.workers.attempt import Prepare, WorkerOptions, bound_threads, choose_workers
 from magicsim.workers.run_folder import versions
 from magicsim.workers.tasks import run_tasks
 

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.arrays import Frame
-from magicsim.dataset.layout import split_of
+from magicsim.dataset.assembly import split_of
 from magicsim.dataset.manifest import PREVIEW_FILES, SHEET, STATISTICS
 from magicsim.dataset.recipes.draw import DrawnEpisode, draw_episodes
 from magicsim.dataset.recipes.estimate import estimate, odd_step
@@ -28,8 +28,7 @@ from magicsim.folder.target import output_errors, refuse_foreign
 from magicsim.frame_class import classify_frame
 from magicsim.scenes.scene import OutputSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
-from magicsim.workers.attempt import bound_threads
-from magicsim.workers.options import WorkerOptions, usable_cores
+from magicsim.workers.attempt import WorkerOptions, bound_threads, usable_cores
 from magicsim.workers.tasks import run_tasks
 
 if TYPE_CHECKING:

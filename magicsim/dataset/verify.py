@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from magicsim.config.named_files import named_files
-from magicsim.dataset.layout import Layout
+from magicsim.dataset.assembly import Layout
 from magicsim.dataset.manifest import CONFIG, FOLDER, MANIFEST, PREVIEW_FILES, Manifest, ShardEntry, read_manifest
 from magicsim.dataset.preview import changed_preview
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
@@ -17,7 +17,7 @@ from magicsim.dataset.shard import decoded_png
 from magicsim.errors import MagicsimError, OutputError
 from magicsim.folder.ledger import WORK
 from magicsim.folder.listing import files_below, sha256_of
-from magicsim.folder.lock import is_lock
+from magicsim.folder.target import is_lock
 from magicsim.workers.run_folder import ERRORS, changed_lines
 
 BALANCE = 1e-6

@@ -13,8 +13,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from magicsim.folder.listing import Listed, files_below, is_sealed, sealed, sha256_of
-from magicsim.folder.lock import is_lock
-from magicsim.folder.target import new_token, refuse_foreign
+from magicsim.folder.target import is_lock, new_token, refuse_foreign
 
 WORK = ".work"
 """Folder of what is not yet in its final place; gone when the run is complete."""

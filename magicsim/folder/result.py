@@ -9,14 +9,15 @@ from pathlib import Path
 
 from magicsim.errors import OutputError
 from magicsim.folder.listing import remove_empty_folders, remove_listed, write_listing
-from magicsim.folder.lock import is_lock, sole_writer
 from magicsim.folder.target import (
     beside,
     check_target,
     check_writable,
+    is_lock,
     is_working_name,
     new_token,
     output_errors,
+    sole_writer,
     within,
     working_folders,
     working_place,

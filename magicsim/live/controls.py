@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import viser
 
-from magicsim.live.wish import DESIGN_FIELDS, Wish
+from magicsim.live.sight import DESIGN_FIELDS, Wish
 from magicsim.robot.workspace import Workspace
 
 KEPT = 200

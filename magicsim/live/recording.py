@@ -8,9 +8,9 @@ from pathlib import Path
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.errors import ConfigError
 from magicsim.folder import new_folder
-from magicsim.live.wish import Wish
+from magicsim.live.sight import Wish
 from magicsim.report.episode_report import report_episode
-from magicsim.robot.moment import FULL
+from magicsim.robot.darkroom import FULL
 from magicsim.scenes.scene import Keyframe, SceneConfig
 from magicsim.simulation.episode import Episode, SimulatedFrame
 from magicsim.simulation.main_job import describe, write_episode

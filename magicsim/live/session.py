@@ -10,10 +10,9 @@ from magicsim.config.models import validate
 from magicsim.errors import MagicsimError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.judge.verdicts import FusedProfiles
-from magicsim.live.sight import Scenery, Sight
-from magicsim.live.wish import DESIGN_FIELDS, Wish, design_values
+from magicsim.live.sight import DESIGN_FIELDS, Scenery, Sight, Wish, design_values
+from magicsim.robot.darkroom import Moment
 from magicsim.robot.live import LiveSensor
-from magicsim.robot.moment import Moment
 from magicsim.robot.quality import Quality
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.rig import Rig

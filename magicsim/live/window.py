@@ -15,9 +15,8 @@ from magicsim.live.readout import force_lines, frame_picture, state_line, verdic
 from magicsim.live.recording import Recording, recording_name
 from magicsim.live.server import close_server, open_server
 from magicsim.live.session import Session
-from magicsim.live.sight import Sight
+from magicsim.live.sight import Sight, Wish
 from magicsim.live.view3d import View3D
-from magicsim.live.wish import Wish
 from magicsim.live.worker import Worker
 from magicsim.robot.quality import Quality, find_quality
 from magicsim.robot.workspace import Workspace

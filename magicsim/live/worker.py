@@ -8,8 +8,7 @@ from typing import Generic, TypeVar
 
 from magicsim.errors import MagicsimError
 from magicsim.live.session import Session
-from magicsim.live.sight import Sight
-from magicsim.live.wish import Wish
+from magicsim.live.sight import Sight, Wish
 
 T = TypeVar("T")
 

@@ -12,9 +12,19 @@ import numpy as np
 
 from magicsim.arrays import Frame
 from magicsim.errors import ConfigError
+from magicsim.robot.darkroom import Moment
 from magicsim.robot.live import LiveSensor
-from magicsim.robot.moment import Moment
-from magicsim.robot.orientation import as_bgr
+
+
+def as_bgr(rgb: Frame) -> Frame:
+    """A picture with its channels in OpenCV's order, in memory of its own, shape (rows, columns, 3)."""
+    return np.ascontiguousarray(rgb[..., ::-1])
+
+
+def as_landscape(portrait: Frame) -> Frame:
+    """The picture turned clockwise by 90 degrees: row 0 at -x, column 0 at -y; shape (columns, rows, 3)."""
+    return np.ascontiguousarray(np.rot90(portrait, -1))
+
 
 World = Callable[[LiveSensor, float], None]
 """Called before every grabbed frame with the sensor and the simulated time [s]: moves object and lights."""

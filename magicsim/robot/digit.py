@@ -17,8 +17,8 @@ import numpy as np
 from magicsim.arrays import Frame
 from magicsim.errors import ConfigError, FrameError
 from magicsim.folder import result_file
+from magicsim.robot.capture import as_bgr, as_landscape
 from magicsim.robot.live import LiveSensor
-from magicsim.robot.orientation import as_bgr, as_landscape
 from magicsim.robot.picture import Picture
 
 SERIAL = "SIM00001"

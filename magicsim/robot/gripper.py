@@ -14,11 +14,10 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.objects.kinds import AnyObject
 from magicsim.geometry.pose import Pose
 from magicsim.robot.fingers import SIDES, ObjectPlace, finger_pose, half_extents_mm, seen_by
-from magicsim.robot.grip.floating import BALANCE_N, float_between
 from magicsim.robot.grip.held import settle
 from magicsim.robot.grip.linkage import Linkage, close_until
 from magicsim.robot.grip.load import Hold, Load
-from magicsim.robot.grip.pair import FingerPair, finger_seed
+from magicsim.robot.grip.pair import BALANCE_N, FingerPair, finger_seed, float_between
 from magicsim.robot.grip.truth import GripFrames, GripMoment, GripState, GripTruth, grip_truth
 from magicsim.robot.live import LEAST_WIDTH_MM, MAX_SEED, LiveSensor
 from magicsim.robot.quality import Quality

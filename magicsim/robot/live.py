@@ -16,8 +16,7 @@ from magicsim.deform.deformation import Deformation
 from magicsim.errors import ConfigError
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
-from magicsim.robot.darkroom import Darkroom
-from magicsim.robot.moment import FULL, Moment
+from magicsim.robot.darkroom import FULL, Darkroom, Moment
 from magicsim.robot.quality import Quality, find_quality
 from magicsim.robot.travel import contact_areas_mm2, slip_share, travel
 from magicsim.robot.workspace import Workspace

@@ -37,8 +37,7 @@ from magicsim.scenes.refusals import sensor_refusal
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import ContactSettings, RenderSettings, SceneConfig, TaxelSettings
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin, View, timeline
-from magicsim.simulation.meshes import attach_meshes, deformed_vertices, marker_map
-from magicsim.simulation.skin import check_walls
+from magicsim.simulation.meshes import attach_meshes, check_walls, deformed_vertices, marker_map
 from magicsim.simulation.touch_truth import TouchTruth
 
 AWAY_MM = 5.0

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from magicsim.folder.ledger import RESUMABLE, Ledger
-from magicsim.folder.lock import sole_writer
-from magicsim.folder.target import output_errors
+from magicsim.folder.target import output_errors, sole_writer
 from magicsim.light.variant import activate_variant
 from magicsim.sweep import result as files
 from magicsim.sweep.designs import SweptDesign, count_designs, list_designs, value_at
@@ -23,8 +22,7 @@ from magicsim.sweep.search import best_of, costs_of, optuna_version, pareto_fron
 from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.sweep.trends import check_trends
 from magicsim.waiting import Told, on_stderr, unheard, waiting
-from magicsim.workers.attempt import Outcome, Prepare, bound_threads
-from magicsim.workers.options import WorkerOptions, choose_workers
+from magicsim.workers.attempt import Outcome, Prepare, WorkerOptions, bound_threads, choose_workers
 from magicsim.workers.run_folder import log_failures, versions
 from magicsim.workers.tasks import run_tasks
 

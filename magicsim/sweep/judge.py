@@ -29,8 +29,7 @@ def judge_design(task: DesignTask) -> bytes:
     from magicsim.sweep import parts
     from magicsim.sweep.designs import renderings_of, rows_of_renderings
     from magicsim.sweep.mechanics import hardness
-    from magicsim.sweep.printability import printability
-    from magicsim.sweep.result import DesignResult
+    from magicsim.sweep.result import DesignResult, printability
 
     start = time.perf_counter()
     design, sweep = task.design, task.sweep

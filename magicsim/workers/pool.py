@@ -17,8 +17,16 @@ from multiprocessing.connection import Connection, Pipe, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
-from magicsim.workers.attempt import Failure, FailureKind, Prepare, Reply, attempt, begin_process, text_of
-from magicsim.workers.options import WorkerOptions
+from magicsim.workers.attempt import (
+    Failure,
+    FailureKind,
+    Prepare,
+    Reply,
+    WorkerOptions,
+    attempt,
+    begin_process,
+    text_of,
+)
 
 
 @dataclass(slots=True, kw_only=True, eq=False)

@@ -11,7 +11,7 @@ import pytest
 
 from magicsim.dataset.generate import generate_dataset
 from magicsim.dataset.recipes.recipe import load_recipe
-from magicsim.workers.options import WorkerOptions
+from magicsim.workers.attempt import WorkerOptions
 
 from .pages import EXAMPLES, load
 

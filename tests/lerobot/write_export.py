@@ -9,7 +9,7 @@ from dataset.fakes import FAKE, small_recipe
 
 from magicsim.dataset.export.formats import export_dataset
 from magicsim.dataset.generate import generate_dataset
-from magicsim.workers.options import WorkerOptions
+from magicsim.workers.attempt import WorkerOptions
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as work:

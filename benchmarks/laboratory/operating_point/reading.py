@@ -12,8 +12,7 @@ from magicsim.camera.camera import Camera
 from magicsim.camera.disturbances import transmittance
 from magicsim.camera.exposure import aimed_signal, meter, sensed
 from magicsim.camera.film import spread_light
-from magicsim.camera.live_exposure import Gains, corrected, metered
-from magicsim.camera.stream import CameraMemory, CameraStream, Instant
+from magicsim.camera.stream import CameraMemory, CameraStream, Gains, Instant, corrected, metered
 from magicsim.detectors import Contact, DetectorProfile, Proximity, References, Verdict, detect, fuse
 from magicsim.fit.strengths import block_means
 

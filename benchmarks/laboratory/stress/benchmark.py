@@ -35,8 +35,7 @@ from laboratory.stress.grid import (
     unsolved,
 )
 from magicsim.deform.indentation.press import compile_kernels
-from magicsim.workers.attempt import FailureKind
-from magicsim.workers.options import WorkerOptions, usable_cores
+from magicsim.workers.attempt import FailureKind, WorkerOptions, usable_cores
 from magicsim.workers.tasks import run_tasks
 
 LOGGER = logging.getLogger(__name__)

@@ -25,8 +25,7 @@ from magicsim.detectors.frame import Frame
 from magicsim.errors import FrameError, OutputError
 from magicsim.folder.ledger import RESUMABLE, Ledger
 from magicsim.folder.listing import sha256_of
-from magicsim.folder.lock import sole_writer
-from magicsim.folder.target import output_errors
+from magicsim.folder.target import output_errors, sole_writer
 from magicsim.workers.run_folder import versions
 
 DESCRIPTION = "real.toml"

@@ -11,8 +11,15 @@ from magicsim.config.presets import find_preset, preset_names
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.objects.everyday import BananaObject, ScissorsObject, ScrewdriverObject, SpannerObject
 from magicsim.geometry.objects.mesh_object import MeshObject
-from magicsim.geometry.objects.plain import BoxObject, CylinderObject, PlugObject, PunchObject, SphereObject
-from magicsim.geometry.objects.pointed import ConeObject, DomedCylinderObject
+from magicsim.geometry.objects.plain import (
+    BoxObject,
+    ConeObject,
+    CylinderObject,
+    DomedCylinderObject,
+    PlugObject,
+    PunchObject,
+    SphereObject,
+)
 from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.geometry.objects.textured import DotsObject, LinesObject
 

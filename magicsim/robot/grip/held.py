@@ -10,9 +10,8 @@ from scipy.spatial.transform import Rotation
 from magicsim.arrays import Array, Mask
 from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.robot.fingers import ObjectPlace, object_pose
-from magicsim.robot.grip.floating import contacts_mm
 from magicsim.robot.grip.load import Hold, Load
-from magicsim.robot.grip.pair import FingerPair
+from magicsim.robot.grip.pair import FingerPair, contacts_mm
 
 ITERATIONS = 40
 """Most trials of one search."""

@@ -9,13 +9,11 @@ from magicsim.arrays import Array
 from magicsim.camera.stream import CameraMemory
 from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.geometry.pose import Pose
-from magicsim.robot.darkroom import Darkroom
-from magicsim.robot.moment import FULL, Moment
-from magicsim.robot.mujoco.body_object import body_object, object_pose_m, pose_in_sensor
+from magicsim.robot.darkroom import FULL, Darkroom, Moment
 from magicsim.robot.mujoco.pair import Touch, check_excluded, find_pair
 from magicsim.robot.mujoco.posed import PosedSensor, PosedState, facing_distance_mm, posed_state
 from magicsim.robot.mujoco.response import Response, Trust
-from magicsim.robot.mujoco.solids import MM, MjData, MjModel, engine
+from magicsim.robot.mujoco.solids import MM, MjData, MjModel, body_object, engine, object_pose_m, pose_in_sensor
 from magicsim.robot.quality import Quality
 from magicsim.scenes.scene import Keyframe, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing

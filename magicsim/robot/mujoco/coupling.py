@@ -21,8 +21,8 @@ from magicsim.arrays import Array
 from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.pose import Pose
+from magicsim.robot.darkroom import Moment
 from magicsim.robot.gripper import finger_seed
-from magicsim.robot.moment import Moment
 from magicsim.robot.mujoco.attached import AttachedSensor
 from magicsim.robot.mujoco.pair import Touch
 from magicsim.robot.mujoco.response import Trust

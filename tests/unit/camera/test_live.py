@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from magicsim.camera.effect_settings import LiveExposure
-from magicsim.camera.live_exposure import Gains, corrected, metered, settled
+from magicsim.camera.stream import Gains, corrected, metered, settled
 from magicsim.errors import RenderError
 
 EXACT = {"tolerance": 0.0}

@@ -8,7 +8,7 @@ from evaluation.synthetic import PROFILE, make_suite
 
 from magicsim.dataset.generate import generate_dataset
 from magicsim.detectors.profile import save_profile
-from magicsim.workers.options import WorkerOptions
+from magicsim.workers.attempt import WorkerOptions
 
 from .conftest import Shell
 from .small import settings

@@ -3,8 +3,7 @@ from pathlib import Path
 import pytest
 
 from magicsim.dataset.generate import generate_dataset
-from magicsim.workers.attempt import Outcome, attempt
-from magicsim.workers.options import WorkerOptions
+from magicsim.workers.attempt import Outcome, WorkerOptions, attempt
 
 from .fakes import FAKE, small_recipe
 

@@ -19,7 +19,7 @@ from magicsim.dataset.recipes.recipe import Recipe, load_recipe
 from magicsim.dataset.rows import SampleTask
 from magicsim.dataset.shard import rows_as_bytes, schema_of_columns
 from magicsim.errors import ConvergenceError
-from magicsim.workers.options import WorkerOptions
+from magicsim.workers.attempt import WorkerOptions
 
 FOLDER = Path(__file__).parent
 TURNED = [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]

@@ -7,7 +7,7 @@ import pytest
 
 from magicsim.dataset.generate import generate_dataset
 from magicsim.errors import ConfigError
-from magicsim.workers.options import WorkerOptions
+from magicsim.workers.attempt import WorkerOptions
 
 from .fakes import FAKE, content, small_recipe
 
@@ -57,7 +57,7 @@ def test_scheduler_that_goes_away_is_one_line_and_what_is_finished_is_kept(
 
 @pytest.mark.slow
 def test_scheduler_that_does_not_answer_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("magicsim.workers.cluster.CONNECT_S", 1)
+    monkeypatch.setattr("magicsim.workers.tasks.CONNECT_S", 1)
     options = WorkerOptions(workers=1, cluster="tcp://127.0.0.1:9")
     with pytest.raises(ConfigError, match=r"cluster = 'tcp://127\.0\.0\.1:9' does not answer"):
         generate_dataset(small_recipe(), tmp_path / "set", options=options, simulator=FAKE)

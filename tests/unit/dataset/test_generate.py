@@ -19,7 +19,7 @@ from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.verify import verify_dataset
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import Ledger
-from magicsim.workers.options import WorkerOptions
+from magicsim.workers.attempt import WorkerOptions
 
 from . import fakes
 from .fakes import FAILING, FAKE, content, small_recipe

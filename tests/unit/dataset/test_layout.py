@@ -1,7 +1,7 @@
 from collections import Counter
 from itertools import pairwise
 
-from magicsim.dataset.layout import Layout, split_of
+from magicsim.dataset.assembly import Layout, split_of
 from magicsim.dataset.recipes.draw import sensor_of
 
 from .fakes import small_recipe

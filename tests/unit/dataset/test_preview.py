@@ -18,7 +18,7 @@ from magicsim.dataset.preview import (
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.estimate import estimate
 from magicsim.dataset.recipes.recipe import load_recipe
-from magicsim.workers.options import WorkerOptions
+from magicsim.workers.attempt import WorkerOptions
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.estimate import taxel_bytes
 from magicsim.dataset.rows import SampleTask, simulate_sample
 from magicsim.dataset.verify import verify_dataset
-from magicsim.workers.options import WorkerOptions
+from magicsim.workers.attempt import WorkerOptions
 
 from .fakes import FAKE, small_recipe
 

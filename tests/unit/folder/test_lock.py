@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from magicsim.errors import OutputError
-from magicsim.folder.lock import sole_writer
+from magicsim.folder.target import sole_writer
 
 
 def test_lock_is_gone_afterwards_and_after_an_error(tmp_path: Path):

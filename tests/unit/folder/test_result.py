@@ -138,7 +138,7 @@ def test_what_is_put_into_the_earlier_result_meanwhile_is_kept_and_told(
 
 
 def exchanged_within(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("magicsim.folder.lock.os.path.ismount", lambda path: Path(path).name == "out")
+    monkeypatch.setattr("magicsim.folder.target.os.path.ismount", lambda path: Path(path).name == "out")
 
 
 def test_mount_point_gets_the_new_content_and_loses_the_old(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -2,7 +2,7 @@ import pytest
 
 from magicsim.config.models import load_preset
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.live.wish import DESIGN_FIELDS, Wish, design_values
+from magicsim.live.sight import DESIGN_FIELDS, Wish, design_values
 from magicsim.robot.workspace import Workspace
 
 

@@ -1,6 +1,6 @@
 import numpy as np
 
-from magicsim.robot.orientation import as_bgr, as_landscape
+from magicsim.robot.capture import as_bgr, as_landscape
 
 PORTRAIT = np.arange(4 * 3 * 3, dtype=np.uint8).reshape(4, 3, 3)
 

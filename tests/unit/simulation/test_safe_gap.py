@@ -6,7 +6,7 @@ from magicsim.geometry.elastomer import build_elastomer
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.scenes.scene import load_scene
-from magicsim.simulation.skin import check_skin, check_walls, thinnest_wall
+from magicsim.simulation.meshes import check_skin, check_walls, thinnest_wall
 
 
 @pytest.fixture(scope="module")

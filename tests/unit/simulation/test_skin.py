@@ -5,7 +5,7 @@ import pytest
 
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects.kinds import parse_object
-from magicsim.simulation.skin import face_distance, interior_distance, settle
+from magicsim.simulation.meshes import face_distance, interior_distance, settle
 
 
 @pytest.mark.parametrize("text", ["sphere:radius_mm=3", "box:size_mm=2x2x4", "cylinder:radius_mm=1"])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.simulation.skin import FADE, still
+from magicsim.simulation.meshes import FADE, still
 
 BOUND_MM = 0.005
 

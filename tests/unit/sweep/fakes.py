@@ -15,7 +15,7 @@ from magicsim.sweep.measures import MEASURES, Measured
 from magicsim.sweep.parts import block_of
 from magicsim.sweep.result import DesignResult
 from magicsim.sweep.sweep_file import SweepConfig, load_sweep
-from magicsim.workers.options import WorkerOptions
+from magicsim.workers.attempt import WorkerOptions
 
 FOLDER = Path(__file__).parent
 NOTE = 'printed cell 0.6 to 1 mm, here 1.2; "recommended" core & <skin>'

@@ -11,7 +11,7 @@ from magicsim.sweep.comparison import DesignJudge, run_sweep
 from magicsim.sweep.judge import DesignTask
 from magicsim.sweep.measures import Measured
 from magicsim.sweep.sweep_file import SweepConfig
-from magicsim.workers.options import WorkerOptions
+from magicsim.workers.attempt import WorkerOptions
 
 from .fakes import no_variant, result_of, small_sweep
 

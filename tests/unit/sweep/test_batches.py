@@ -13,7 +13,7 @@ from magicsim.errors import ConfigError, OutputError
 from magicsim.sweep.comparison import run_sweep
 from magicsim.sweep.result import FOLDER, DesignResult, read_results
 from magicsim.sweep.sweep_file import load_sweep
-from magicsim.workers.options import WorkerOptions
+from magicsim.workers.attempt import WorkerOptions
 from sweep.fakes import FAKE
 from sweep.searched import PARTLY, QUADRATIC, searching, shares
 from sweep.test_comparison import files

@@ -12,7 +12,7 @@ import pytest
 
 from magicsim.errors import OutputError
 from magicsim.sweep.comparison import run_sweep
-from magicsim.workers.options import WorkerOptions
+from magicsim.workers.attempt import WorkerOptions
 
 from .fakes import FAILING, FAKE, small_sweep
 

@@ -8,7 +8,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.sweep.mechanics import press_centrally, press_curve, spacing_error
 from magicsim.sweep.parts import block_of
-from magicsim.sweep.printability import printability
+from magicsim.sweep.result import printability
 
 BALL = parse_object("sphere:radius_mm=4")
 

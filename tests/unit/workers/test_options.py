@@ -1,7 +1,7 @@
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim.workers.options import WorkerOptions, choose_workers, usable_cores
+from magicsim.workers.attempt import WorkerOptions, choose_workers, usable_cores
 
 
 def test_processes_share_the_cores():

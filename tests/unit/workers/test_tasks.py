@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from magicsim.workers.options import WorkerOptions
+from magicsim.workers.attempt import WorkerOptions
 from magicsim.workers.tasks import run_tasks
 
 from .tasks import fail_at_first, prepare, process_and_threads, refuse, square

@@ -56,7 +56,7 @@ def study(
 
     A run that was stopped or killed goes on with --resume, and ends with the same bytes as one that was not.
     """
-    from magicsim.workers.options import choose_workers
+    from magicsim.workers.attempt import choose_workers
     from magicsim_experiments.study.study_file import load_study
 
     found = load_study(name, settings or [], design=design, quick=quick, seed=seed)

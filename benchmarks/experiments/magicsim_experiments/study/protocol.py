@@ -15,7 +15,7 @@ from magicsim.config.named_files import config_digest
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import Seed
-from magicsim.workers.options import WorkerOptions
+from magicsim.workers.attempt import WorkerOptions
 from magicsim.workers.run_folder import CONFIG, RunFolder, RunIndex
 
 Cell = float | int | str | bool | None

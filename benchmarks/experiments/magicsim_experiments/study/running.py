@@ -16,11 +16,10 @@ from markupsafe import Markup
 from magicsim.config.documents import without_nan
 from magicsim.dataset.shard import parquet_bytes
 from magicsim.folder.ledger import RESUMABLE, Ledger
-from magicsim.folder.lock import sole_writer
-from magicsim.folder.target import output_errors
+from magicsim.folder.target import output_errors, sole_writer
 from magicsim.light.variant import activate_variant
 from magicsim.report.text import MISSING, number, page_template
-from magicsim.workers.options import WorkerOptions, choose_workers
+from magicsim.workers.attempt import WorkerOptions, choose_workers
 from magicsim.workers.run_folder import versions
 from magicsim_experiments.study.protocol import (
     FOLDER,

@@ -15,7 +15,7 @@ from magicsim.dataset.recipes.estimate import estimate
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import WORK
-from magicsim.folder.lock import LOCK
+from magicsim.folder.target import LOCK
 from magicsim.workers.attempt import FailureKind, Outcome, Prepare, bound_threads
 from magicsim.workers.run_folder import log_failures
 from magicsim.workers.tasks import run_tasks

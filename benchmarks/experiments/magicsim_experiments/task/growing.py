@@ -18,8 +18,7 @@ from magicsim.config.named_files import file_hashes
 from magicsim.dataset.shard import parquet_bytes
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import RESUMABLE
-from magicsim.folder.lock import sole_writer
-from magicsim.folder.target import output_errors
+from magicsim.folder.target import output_errors, sole_writer
 from magicsim.light.variant import activate_variant
 from magicsim.scenes.scene import SceneConfig
 from magicsim.workers.run_folder import RunFolder, RunIndex, versions

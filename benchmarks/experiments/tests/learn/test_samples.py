@@ -2,7 +2,7 @@ import numpy as np
 from dataset.fakes import FAKE, small_recipe
 
 from magicsim.dataset.generate import generate_dataset
-from magicsim.workers.options import choose_workers
+from magicsim.workers.attempt import choose_workers
 from magicsim_experiments.learn.samples import Chosen, EpisodeRows, Label, object_key, read_samples, reduced
 
 LABELS = (Label(name="depth", unit="mm"),)

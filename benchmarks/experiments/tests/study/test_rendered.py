@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from magicsim.dataset.generate import generate_dataset
-from magicsim.workers.options import choose_workers
+from magicsim.workers.attempt import choose_workers
 from magicsim_experiments.learn.samples import Samples
 from magicsim_experiments.learn.settings import LearningSettings
 from magicsim_experiments.study.stages import DatasetStage

@@ -108,7 +108,7 @@ def test_foreign_folder_another_study_and_changed_files_are_refused(out: Path):
 
 
 def test_pieces_are_computed_by_processes(out: Path):
-    from magicsim.workers.options import choose_workers
+    from magicsim.workers.attempt import choose_workers
 
     summary = run(out, "forces_n=[1.0]", options=choose_workers(1))
     assert Path(summary.report).is_file()

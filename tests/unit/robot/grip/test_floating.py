@@ -6,7 +6,7 @@ import pytest
 
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.robot.fingers import ObjectPlace
-from magicsim.robot.grip.floating import BALANCE_N, float_between
+from magicsim.robot.grip.pair import BALANCE_N, float_between
 
 RADIUS_MM, DEEPEST_MM = 4.0, 2.0
 

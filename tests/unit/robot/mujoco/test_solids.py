@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim.robot.mujoco.body_object import body_object
+from magicsim.robot.mujoco.solids import body_object
 
 from .models import body
 
