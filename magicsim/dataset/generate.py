@@ -10,6 +10,7 @@ from pathlib import Path
 import tomli_w
 
 from magicsim.camera.codecs import check_codec
+from magicsim.config.program import versions
 from magicsim.dataset.assembly import Assembly
 from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of
@@ -25,7 +26,6 @@ from magicsim.folder.target import output_errors, sole_writer
 from magicsim.light.variant import activate_variant
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 from magicsim.workers.attempt import Prepare, WorkerOptions, bound_threads, choose_workers
-from magicsim.workers.run_folder import versions
 from magicsim.workers.tasks import run_tasks
 
 CHECKED_FIRST, CHECKED = 200, 100_000

@@ -9,6 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from magicsim.config.named_files import named_files
+from magicsim.config.program import SOURCES
 from magicsim.dataset.assembly import Layout
 from magicsim.dataset.manifest import CONFIG, FOLDER, MANIFEST, PREVIEW_FILES, Manifest, ShardEntry, read_manifest
 from magicsim.dataset.preview import changed_preview
@@ -22,6 +23,8 @@ from magicsim.workers.run_folder import ERRORS, changed_lines
 
 BALANCE = 1e-6
 """Largest relative difference between contact force and reaction, as the solver accepts it."""
+MADE_BY = ("config_hash", "version", "variant")
+"""Columns that say what made a row."""
 TAXEL_ROUNDING = 1e-9
 """Largest difference of the sum over all taxels from force and torque, as a share and in N and N mm."""
 
@@ -37,6 +40,8 @@ class Verification:
     """Episodes without rows, as the manifest lists them."""
     complete: bool
     """Whether the dataset holds all that its recipe asks for."""
+    made_by: str
+    """Versions and the digest of the sources that made it."""
     problems: list[str]
     """One line for each; empty where the dataset is as it was written."""
 
@@ -55,7 +60,7 @@ def verify_dataset(folder: Path) -> Verification:
     problems += [f"{name}: changed since it was written" for name in changed_preview(folder)]
     samples = 0
     for entry in manifest.shards:
-        wrong = list(_shard(folder, entry, manifest.config_hash))
+        wrong = list(_shard(folder, entry, manifest))
         samples += entry.rows if not wrong else 0
         problems += wrong
     return Verification(
@@ -63,6 +68,7 @@ def verify_dataset(folder: Path) -> Verification:
         shards=len(manifest.shards),
         failed=len(manifest.failed),
         complete=manifest.is_complete,
+        made_by=manifest.constants()["version"] if SOURCES in manifest.versions else "unknown code",
         problems=problems,
     )
 
@@ -123,7 +129,7 @@ def _strangers(folder: Path, manifest: Manifest) -> Iterator[str]:
         yield f"{name}: not in the manifest" + ("" if manifest.is_complete else " yet; --resume finishes it")
 
 
-def _shard(folder: Path, entry: ShardEntry, config_hash: str) -> Iterator[str]:
+def _shard(folder: Path, entry: ShardEntry, manifest: Manifest) -> Iterator[str]:
     path = folder / entry.file
     if not path.is_file():
         yield f"{entry.file}: missing"
@@ -133,19 +139,24 @@ def _shard(folder: Path, entry: ShardEntry, config_hash: str) -> Iterator[str]:
         return
     try:
         with pq.ParquetFile(path) as file:
-            yield from (f"{entry.file}: {problem}" for problem in _rows(file, entry, config_hash))
+            yield from (f"{entry.file}: {problem}" for problem in _rows(file, entry, manifest))
     except (pa.ArrowException, OSError, KeyError) as error:
         yield f"{entry.file}: cannot be read: {' '.join(str(error).split())}"
 
 
-def _rows(file: pq.ParquetFile, entry: ShardEntry, config_hash: str) -> Iterator[str]:
-    plain = ["episode", "step", "config_hash", "contact", "force_n", "force_balance", "min_jacobian"]
+def _rows(file: pq.ParquetFile, entry: ShardEntry, manifest: Manifest) -> Iterator[str]:
+    plain = ["episode", "step", *MADE_BY, "contact", "force_n", "force_balance", "min_jacobian"]
     table = file.read(columns=[name for name in plain if name in file.schema_arrow.names])
     episodes = table["episode"].to_pylist()
     if tuple(sorted(set(episodes))) != entry.episodes or table.num_rows != entry.rows:
         yield f"holds {table.num_rows} rows of episodes {sorted(set(episodes))}, not what the manifest lists"
-    if set(table["config_hash"].to_pylist()) - {config_hash}:
+    if set(table["config_hash"].to_pylist()) - {manifest.config_hash}:
         yield "holds rows of another recipe"
+    made_by = manifest.constants() | {"variant": manifest.variant}
+    for name in sorted({"version", "variant"} & set(table.column_names)):
+        for other in sorted(set(table[name].to_pylist()) - {made_by[name]}):
+            differing = ", ".join(sorted(set(other.split(", ")) - set(made_by[name].split(", "))))
+            yield f"holds rows that other code made than the manifest says: {name} {differing or other}"
     if {"force_n", "force_balance"} <= set(table.column_names):  # of simulated rows
         force = np.array(table["force_n"].to_pylist())
         if not np.isfinite(force).all() or (np.array(table["force_balance"]) > BALANCE).any():

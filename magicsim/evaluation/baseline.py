@@ -12,6 +12,7 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.config.documents import read_json
 from magicsim.config.presets import preset_root
+from magicsim.config.program import versions
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.errors import ConfigError
 from magicsim.folder import result_file
@@ -45,6 +46,8 @@ class Baseline:
     suite: str
     detector: str
     episodes: dict[str, BaselineEpisode]
+    made_by: dict[str, str]
+    """What computed it, see `magicsim.config.program.versions`; empty where the file does not say."""
 
 
 def default_baseline(suite: str, profile: str) -> Path | None:
@@ -56,7 +59,8 @@ def default_baseline(suite: str, profile: str) -> Path | None:
 def save_baseline(path: Path, episodes: Sequence[JudgedEpisode], *, suite: str, detector: str) -> None:
     """Writes a baseline; the file appears whole or not at all."""
     packed = {each.tag.name: _packed(each) for each in episodes}
-    text = json.dumps({"format": FORMAT, "suite": suite, "detector": detector, "episodes": packed}, indent=1)
+    about = {"format": FORMAT, "suite": suite, "detector": detector, "made_by": versions()}
+    text = json.dumps(about | {"episodes": packed}, indent=1)
     with result_file(path) as partial, partial.open("w", encoding="utf-8") as file:
         file.write(text + "\n")
         file.flush()
@@ -77,7 +81,8 @@ def load_baseline(path: Path) -> Baseline:
         raise ConfigError(f"baseline '{path}': format = {content['format']!r} is not allowed: must be {FORMAT}")
     try:
         episodes = {name: _unpacked(each) for name, each in content["episodes"].items()}
-        return Baseline(suite=str(content["suite"]), detector=str(content["detector"]), episodes=episodes)
+        about = {name: str(content[name]) for name in ("suite", "detector")}
+        return Baseline(**about, episodes=episodes, made_by=dict(content.get("made_by", {})))
     except (KeyError, TypeError, AttributeError, IndexError, ValueError) as error:
         raise ConfigError(f"baseline '{path}' is not one that magicsim wrote: {error!r}") from None
 

@@ -1,5 +1,6 @@
 """Judges a detector on a suite: measures with intervals, curves, and what fell against a baseline."""
 
+import logging
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -7,6 +8,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from magicsim.config.program import other_code, versions
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluation.answers import judge_footage
 from magicsim.evaluation.baseline import Baseline, paired
@@ -33,6 +35,7 @@ from magicsim.judge.tally import tally
 from magicsim.judge.verdicts import COATED
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 
+LOGGER = logging.getLogger(__name__)
 Progress = Callable[[int, int], None]
 FAULTLESS = "faultless_episodes"
 """Share of episodes in which every scored verdict is right."""
@@ -161,6 +164,8 @@ def evaluate_suite(
         changes = []
         if baseline is not None:
             pairs = paired(baseline, episodes)
+            if other := other_code(baseline.made_by, versions()):
+                LOGGER.warning("the baseline was made by %s: what differs from it may be the program", other)
             conditions_now = [condition_of(now) for _, now in pairs]
             changes = compare(pairs, conditions_now, seed=suite.seed, same_scale=baseline.detector == detector)
         return Evaluation(

@@ -15,11 +15,12 @@ from zipfile import BadZipFile
 import numpy as np
 import numpy.typing as npt
 
-import magicsim
 from magicsim.arrays import FloatImage
 from magicsim.config.named_files import config_digest
+from magicsim.config.program import program_key
 from magicsim.folder import result_file
 from magicsim.light.records.untouched_store import shared_states
+from magicsim.light.variant import activate_variant
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.plan import plan_scene
@@ -49,8 +50,9 @@ class Take:
 
 
 def take_key(scene: SceneConfig) -> str:
-    """Hash of everything that decides a take: the scene, the version of the program, and the files that it names."""
-    content = {"format": TAKE_FORMAT, "version": magicsim.__version__, "scene": scene.model_dump(mode="json")}
+    """Hash of everything that decides a take: the scene, the files that it names, and the program."""
+    program = program_key(activate_variant())
+    content = {"format": TAKE_FORMAT, "program": program, "scene": scene.model_dump(mode="json")}
     return config_digest(content)[:24]
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from magicsim.config.program import versions
 from magicsim.folder.ledger import RESUMABLE, Ledger
 from magicsim.folder.target import output_errors, sole_writer
 from magicsim.light.variant import activate_variant
@@ -23,7 +24,7 @@ from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.sweep.trends import check_trends
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 from magicsim.workers.attempt import Outcome, Prepare, WorkerOptions, bound_threads, choose_workers
-from magicsim.workers.run_folder import log_failures, versions
+from magicsim.workers.run_folder import log_failures
 from magicsim.workers.tasks import run_tasks
 
 

@@ -1,6 +1,5 @@
 """What stands in a folder that a run grows in over several calls: index, settings, versions, and a log of failures."""
 
-import importlib.metadata
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -10,9 +9,9 @@ from typing import Any, Generic, Literal, TypeVar
 import tomli_w
 from pydantic import Field
 
-import magicsim
 from magicsim.config.documents import read_json
 from magicsim.config.models import Config, validate
+from magicsim.config.program import other_code
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import Ledger, is_begun
 from magicsim.folder.listing import Listed, files_below, is_sealed, sealed, sha256_of
@@ -23,8 +22,6 @@ CONFIG = "config.toml"
 """Settings of a run with everything in place."""
 ERRORS = "errors.jsonl"
 """One line for each failed attempt, with its traceback."""
-PACKAGES = ("mitsuba", "drjit", "numpy", "scipy", "pyarrow", "opencv-contrib-python-headless")
-"""Whose versions may change a result's bytes."""
 
 
 def log_failures(out: Path, unit: str, number: int, failures: tuple[Failure, ...]) -> None:
@@ -45,16 +42,6 @@ def changed_lines(out: Path) -> list[int]:
     return [number for number, line in enumerate(lines, 1) if not is_sealed(line, indent=None)]
 
 
-def versions() -> dict[str, str]:
-    """Versions of everything that a result's bytes depend on."""
-    return {"magicsim": magicsim.__version__} | {name: importlib.metadata.version(name) for name in PACKAGES}
-
-
-def changed_versions(before: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
-    """Names that have another version now, or that only one of both knows."""
-    return sorted(name for name in before.keys() | now.keys() if before.get(name) != now.get(name))
-
-
 class FolderIndex(Config):
     """How an index begins: what the folder's files belong to."""
 
@@ -62,6 +49,7 @@ class FolderIndex(Config):
     config_hash: str
     """SHA-256 of what results depend on."""
     versions: dict[str, str]
+    """See `magicsim.config.program.versions`."""
     variant: str
 
     def listed(self) -> dict[str, Listed]:
@@ -160,13 +148,13 @@ class RunFolder(Generic[Index]):
         return ledger
 
     def refuse_another(self, out: Path, earlier: Index, now: Index) -> None:
-        """Refuses (`OutputError`) to go on with the files of another run, or of other versions."""
+        """Refuses (`OutputError`) to go on with the files of another run, or of other code."""
         if earlier.config_hash != now.config_hash:
             msg = f"'{out}' holds {self.other or f'another {self.noun} (see its {CONFIG})'}; name another folder"
             raise OutputError(msg)
         before, present = (each.versions | {"variant": each.variant} for each in (earlier, now))
-        if changed := changed_versions(before, present):
-            msg = f"'{out}' was begun with another version of {', '.join(changed)}: its results would differ"
+        if other := other_code(before, present):
+            msg = f"'{out}' was begun with {other}: its results would differ; begin anew in another folder"
             raise OutputError(msg)
 
     def write_index(self, ledger: Ledger, index: Index) -> None:

@@ -1,1 +1,1 @@
-"""Kinds of inputs and surroundings that once gave a silent wrong answer, three variations each, for `fault_inputs.py`."""
+"""Inputs and surroundings that once gave a silent wrong answer, three variations of a kind, for `fault_inputs.py`."""

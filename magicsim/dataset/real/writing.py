@@ -14,6 +14,7 @@ import cv2
 import pyarrow as pa
 import tomli_w
 
+from magicsim.config.program import versions
 from magicsim.dataset.columns import recorded_columns
 from magicsim.dataset.manifest import CARD, FOLDER, RECORDED, Manifest, Recorded, ShardEntry
 from magicsim.dataset.real.description import Description, RealSource, TruthRules
@@ -26,7 +27,6 @@ from magicsim.errors import FrameError, OutputError
 from magicsim.folder.ledger import RESUMABLE, Ledger
 from magicsim.folder.listing import sha256_of
 from magicsim.folder.target import output_errors, sole_writer
-from magicsim.workers.run_folder import versions
 
 DESCRIPTION = "real.toml"
 NEVER_RENDERED = "recorded"

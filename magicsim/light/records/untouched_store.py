@@ -14,12 +14,12 @@ import re
 from collections import OrderedDict
 from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from magicsim.config.program import program_key
 from magicsim.errors import MagicsimError
 from magicsim.folder import result_file
 from magicsim.light.records.untouched import Untouched
@@ -32,9 +32,6 @@ VARIABLE, OFF = "MAGICSIM_CACHE", "off"
 MOST_BYTES = 2_000_000_000
 """Size of all files together [bytes]; a sensor at 240 x 320 pixels takes about 170 MB."""
 NAME = re.compile(r"magicsim-untouched-[0-9a-f]{64}\.npz")
-LIBRARIES = ("mitsuba", "drjit", "manifold3d", "numpy", "scipy")
-SOURCES = ("light", "camera", "scenes", "geometry")
-"""Folders of this package that the content depends on."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,13 +106,8 @@ def _program() -> str:
     """Everything beside a sensor's description that decides its bytes."""
     from magicsim.light.backend import VARIANT, dr
 
-    package, sources = Path(__file__).parents[2], hashlib.sha256()
-    for folder in SOURCES:
-        for path in sorted((package / folder).rglob("*.py")):
-            sources.update(path.read_bytes())
     width = dr.detail.llvm_version() if hasattr(dr.detail, "llvm_version") else ""
-    libraries = [f"{name} {version(name)}" for name in LIBRARIES]
-    return json.dumps([sources.hexdigest(), libraries, VARIANT, str(width), platform.machine(), platform.processor()])
+    return json.dumps([program_key(VARIANT), str(width), platform.machine(), platform.processor()])
 
 
 def _stored(state: Untouched) -> dict[str, Any]:

@@ -13,12 +13,14 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from magicsim.config.program import versions
 from magicsim.dataset.generate import generate_dataset
-from magicsim.dataset.manifest import read_manifest
+from magicsim.dataset.manifest import MANIFEST, read_manifest
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.verify import verify_dataset
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import Ledger
+from magicsim.folder.listing import sealed
 from magicsim.workers.attempt import WorkerOptions
 
 from . import fakes
@@ -328,3 +330,18 @@ def test_dataset_does_not_go_on_in_another_room_of_the_same_name(in_process: Non
         generate_dataset(other, tmp_path / "set", options=ONE, simulator=FAKE, resume=True)
     assert verify_dataset(tmp_path / "set").problems == []  # which is about the dataset, wherever its room is
     generate_dataset(recipe(2, 10), tmp_path / "set", options=ONE, simulator=FAKE, resume=True)
+
+
+@pytest.mark.usefixtures("in_process")
+def test_dataset_of_other_or_of_unknown_sources_does_not_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    out, known = tmp_path / "set", versions()
+    generate_dataset(small_recipe("episodes=11"), out, options=ONE, simulator=FAKE)
+    monkeypatch.setattr("magicsim.dataset.generate.versions", lambda: known | {"sources": "0123456789abcdef"})
+    line = "was begun with another version of sources: its results would differ; begin anew in another folder"
+    with pytest.raises(OutputError, match=line):
+        generate_dataset(small_recipe("episodes=12"), out, options=ONE, simulator=FAKE, resume=True)
+    manifest = json.loads((out / MANIFEST).read_text())
+    del manifest["versions"]["sources"]
+    (out / MANIFEST).write_bytes(sealed(manifest))
+    with pytest.raises(OutputError, match="was begun with unknown code"):
+        generate_dataset(small_recipe("episodes=12"), out, options=ONE, simulator=FAKE, resume=True)

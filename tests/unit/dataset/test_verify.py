@@ -144,3 +144,21 @@ def test_folder_without_a_readable_manifest_is_refused(copy: Path, tmp_path: Pat
         (copy / MANIFEST).write_text(text)
         with pytest.raises(OutputError, match="is not an index of a dataset"):
             verify_dataset(copy)
+
+
+def test_rows_of_other_sources_than_the_manifest_says_are_told(copy: Path):
+    manifest = json.loads((copy / MANIFEST).read_text())
+    here = manifest["versions"]["sources"]
+    assert f"sources {here}" in verify_dataset(copy).made_by
+    (copy / MANIFEST).write_bytes(
+        sealed(manifest | {"versions": manifest["versions"] | {"sources": "0123456789abcdef"}})
+    )
+    line = f"holds rows that other code made than the manifest says: version sources {here}"
+    assert [each.partition(": ")[2] for each in verify_dataset(copy).problems] == [line] * len(manifest["shards"])
+
+
+def test_dataset_that_does_not_say_its_sources_is_of_unknown_code(copy: Path):
+    manifest = json.loads((copy / MANIFEST).read_text())
+    del manifest["versions"]["sources"]
+    (copy / MANIFEST).write_bytes(sealed(manifest))
+    assert verify_dataset(copy).made_by == "unknown code"

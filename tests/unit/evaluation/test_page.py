@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 
@@ -104,3 +105,19 @@ def test_page_lines_and_json_tell_what_e_c_and_s_do_at_rest(found: Evaluation):
         assert f"<td>{measure}</td><td>{at_rest}</td><td>{touch}</td><td>{near}</td>" in text
         assert f"{measure} {at_rest} (touch {touch}, near {near} sd)" in lines
         assert place.split(",")[0] in lines
+
+
+def test_baseline_of_other_sources_or_of_unknown_code_is_told(
+    evaluate: Callable[..., Evaluation], found: Evaluation, tmp_path: Path, caplog: pytest.LogCaptureFixture
+):
+    file = tmp_path / "base.json"
+    save_baseline(file, found.episodes, suite="tiny", detector="built-in")
+    known = load_baseline(file)
+    for made_by, told in (
+        (known.made_by, None),
+        (known.made_by | {"sources": "0123456789abcdef"}, "by another version of sources: what differs from it may be"),
+        ({}, "the baseline was made by unknown code"),
+    ):
+        caplog.clear()
+        evaluate(baseline=replace(known, made_by=made_by))
+        assert (told is None and not caplog.text) or (told is not None and told in caplog.text)

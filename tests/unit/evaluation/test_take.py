@@ -1,7 +1,5 @@
 import logging
-import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -47,8 +45,7 @@ def test_damaged_take_is_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     case = list_cases(suite)[0]
     file = cache / f"{take_key(case.scene)}.npz"
     file.write_bytes(file.read_bytes()[:2000])
-    stand_in = SimpleNamespace(film_take=lambda _: make_take(case))
-    monkeypatch.setitem(sys.modules, "magicsim.evaluation.take", stand_in)
+    monkeypatch.setattr("magicsim.evaluation.take.film_take", lambda _: make_take(case))
     with caplog.at_level(logging.WARNING):
         assert cached_take(case.scene, cache).radiance.shape[-1] == 3
     assert "is damaged" in caplog.text

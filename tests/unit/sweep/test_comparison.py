@@ -10,6 +10,7 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
+from magicsim.config.program import versions
 from magicsim.errors import OutputError
 from magicsim.sweep.comparison import run_sweep
 from magicsim.workers.attempt import WorkerOptions
@@ -139,3 +140,12 @@ def test_killed_run_ends_with_the_results_of_one_that_was_not(out: Path, tmp_pat
     whole = tmp_path / "whole"
     run_sweep(small_sweep(), whole, options=ONE, judge=FAKE)
     assert files(out) == files(whole)
+
+
+@pytest.mark.usefixtures("in_process")
+def test_sweep_of_other_sources_does_not_go_on(out: Path, monkeypatch: pytest.MonkeyPatch):
+    run_sweep(small_sweep(), out, options=ONE, judge=FAKE)
+    known = versions() | {"sources": "0123456789abcdef"}
+    monkeypatch.setattr("magicsim.sweep.comparison.versions", lambda: known)
+    with pytest.raises(OutputError, match="was begun with another version of sources"):
+        run_sweep(small_sweep(), out, options=ONE, judge=FAKE, resume=True)

@@ -14,13 +14,13 @@ import pyarrow as pa
 from markupsafe import Markup
 
 from magicsim.config.documents import without_nan
+from magicsim.config.program import versions
 from magicsim.dataset.shard import parquet_bytes
 from magicsim.folder.ledger import RESUMABLE, Ledger
 from magicsim.folder.target import output_errors, sole_writer
 from magicsim.light.variant import activate_variant
 from magicsim.report.text import MISSING, number, page_template
 from magicsim.workers.attempt import WorkerOptions, choose_workers
-from magicsim.workers.run_folder import versions
 from magicsim_experiments.study.protocol import (
     FOLDER,
     INDEX,
@@ -199,8 +199,8 @@ def run_study(
         out.mkdir(parents=True, exist_ok=True)
         ledger = FOLDER.open_ledger(out, owned=lambda name: any(stage.owns(name) for stage in stages))
         index = StudyIndex(
-            kind=study.config.kind, config_hash=study.config.config_hash(), versions=versions() | packages,
-            variant=variant(),
+            kind=study.config.kind, config_hash=study.config.config_hash(),
+            versions=versions("magicsim_experiments") | packages, variant=variant(),
         )  # fmt: skip
         earlier = FOLDER.read_index(out)
         if earlier is not None:

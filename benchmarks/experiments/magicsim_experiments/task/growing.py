@@ -15,13 +15,14 @@ from PIL import Image
 from magicsim.arrays import Frame
 from magicsim.config.models import Config
 from magicsim.config.named_files import file_hashes
+from magicsim.config.program import versions
 from magicsim.dataset.shard import parquet_bytes
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.target import output_errors, sole_writer
 from magicsim.light.variant import activate_variant
 from magicsim.scenes.scene import SceneConfig
-from magicsim.workers.run_folder import RunFolder, RunIndex, versions
+from magicsim.workers.run_folder import RunFolder, RunIndex
 from magicsim_experiments.task.settings import Item
 
 
@@ -143,8 +144,8 @@ def grow(
         out.mkdir(parents=True, exist_ok=True)
         ledger = FOLDER.open_ledger(out)
         index = TaskIndex(
-            task=run.task, config_hash=digest_of(settings), versions=versions() | dict(run.packages),
-            variant=run.variant(), episodes=run.episodes,
+            task=run.task, config_hash=digest_of(settings), variant=run.variant(), episodes=run.episodes,
+            versions=versions("magicsim_experiments") | dict(run.packages),
         )  # fmt: skip
         earlier = FOLDER.read_index(out)
         if earlier is not None:
