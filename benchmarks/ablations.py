@@ -28,9 +28,9 @@ from laboratory.operating_point.reading import scaled
 from matplotlib.figure import Figure
 
 from magicsim.detectors import load_profile
-from magicsim.evaluation.cases import list_cases
 from magicsim.evaluation.footage import Footage
 from magicsim.evaluation.suite import load_suite
+from magicsim.evaluation.take import list_cases
 
 COLUMNS, ROWS, FULL = 120, 160, 240
 QUALITY = (

@@ -23,8 +23,8 @@ from magicsim.evaluation.baseline import load_baseline, paired, save_baseline
 from magicsim.evaluation.detector import MakeDetector, ProfileDetector
 from magicsim.evaluation.evaluate import condition_of, film_suite
 from magicsim.evaluation.suite import SuiteConfig, load_suite
-from magicsim.judge.judged import JudgedEpisode
 from magicsim.judge.regression import Change, compare
+from magicsim.judge.tally import JudgedEpisode
 
 
 def judge(suite: SuiteConfig, cache: Path, make: MakeDetector) -> list[JudgedEpisode]:

@@ -13,7 +13,7 @@ from cyclopts.exceptions import UnknownCommandError
 
 from magicsim.cli import dataset, evaluate, fit, info, press, simulate  # noqa: F401
 from magicsim.cli.app import app
-from magicsim.config.extensions import COMMANDS, EXPERIMENTS, extensions, missing_experiments
+from magicsim.config.presets import COMMANDS, EXPERIMENTS, extensions, missing_experiments
 from magicsim.errors import ConfigError, MagicsimError, one_line, unknown_choice
 from magicsim.light.variant import VARIANT_VARIABLE, VARIANTS
 

@@ -94,7 +94,7 @@ def _curve(
     from magicsim.cli.progress import show_progress
     from magicsim.config.ranges import check_number
     from magicsim.deform.indentation.press import MAX_POINTS, check_depth, press_curve
-    from magicsim.report.curve_file import check_curve_file, write_curve
+    from magicsim.report.drawing import check_curve_file, write_curve
 
     check_curve_file(target)
     check_number("points", points, 2, MAX_POINTS, whole=True)

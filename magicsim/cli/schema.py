@@ -4,7 +4,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
-from magicsim.config.extensions import EXPERIMENTS, SCHEMAS, extensions, missing_experiments
+from magicsim.config.presets import EXPERIMENTS, SCHEMAS, extensions, missing_experiments
 from magicsim.dataset.real.description import Description
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.detectors.profile import profile_schema

@@ -134,7 +134,7 @@ def live(
     settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Open a window on a scene or a design: drag and press the object, see frame, lattice, force and verdicts."""
-    from magicsim.live.subject import find_subject
+    from magicsim.live.session import find_subject
 
     if not LOWEST_PORT <= port <= HIGHEST_PORT:
         raise ConfigError(f"port = {port} is not allowed: must be {LOWEST_PORT} to {HIGHEST_PORT}")

@@ -12,7 +12,7 @@ from magicsim.detectors.verdict import FEATURES, Contact, Proximity
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.evaluation.detector import Detection, Detector, MakeDetector, tried
 from magicsim.evaluation.footage import Footage
-from magicsim.judge.judged import JudgedEpisode
+from magicsim.judge.tally import JudgedEpisode
 
 
 def fitted(make: MakeDetector, references: Iterable[Frame], *, who: str) -> Detector:

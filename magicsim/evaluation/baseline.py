@@ -17,7 +17,7 @@ from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.errors import ConfigError
 from magicsim.folder import result_file
 from magicsim.frame_class import FrameClass
-from magicsim.judge.judged import JudgedEpisode
+from magicsim.judge.tally import JudgedEpisode
 
 FORMAT = 1
 DIGITS = 6

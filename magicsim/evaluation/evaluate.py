@@ -12,11 +12,11 @@ from magicsim.config.program import other_code, versions
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluation.answers import judge_footage
 from magicsim.evaluation.baseline import Baseline, paired
-from magicsim.evaluation.cases import list_cases
 from magicsim.evaluation.detector import MakeDetector, detector_by
 from magicsim.evaluation.footage import Footage, count_takes, film_case, read_recordings
 from magicsim.evaluation.rest import Rest, rest_streams
 from magicsim.evaluation.suite import SuiteConfig
+from magicsim.evaluation.take import list_cases
 from magicsim.frame_class import FrameClass
 from magicsim.judge.curves import (
     NO_TOUCH,
@@ -27,11 +27,10 @@ from magicsim.judge.curves import (
     detection_by_distance,
     trade_off,
 )
-from magicsim.judge.judged import FIRST_PLACE, JudgedEpisode
 from magicsim.judge.measures import MEASURES, OF_PROXIMITY, MeasureEstimate, estimate, exact_share
 from magicsim.judge.regression import Change, compare
 from magicsim.judge.score import PROXIMITY_TRUTH
-from magicsim.judge.tally import tally
+from magicsim.judge.tally import FIRST_PLACE, JudgedEpisode, tally
 from magicsim.judge.verdicts import COATED
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 

@@ -25,10 +25,10 @@ from magicsim.evaluation.footage import RECORDED, Footage, recorded_footage
 from magicsim.evaluation.suite import SuiteConfig, SuitePlace, SuiteRecording
 from magicsim.folder import MARKER
 from magicsim.frame_class import FrameClass
-from magicsim.judge.judged import FIRST_PLACE, EpisodeLabels, EpisodeTag
 from magicsim.judge.recorded import TRUTH, read_episode, read_recording
 from magicsim.judge.table import TABLE as RUN
 from magicsim.judge.table import read_table
+from magicsim.judge.tally import FIRST_PLACE, EpisodeLabels, EpisodeTag
 from magicsim.judge.verdicts import COATED, SensorDetector
 from magicsim.scenes.scene import SceneConfig
 

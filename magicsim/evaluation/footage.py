@@ -18,11 +18,10 @@ from magicsim.camera.camera import Camera
 from magicsim.camera.exposure import Lit
 from magicsim.camera.stream import CameraStream, Instant
 from magicsim.dataset.recipes.estimate import estimate_scene
-from magicsim.evaluation.cases import Case, list_cases
 from magicsim.evaluation.suite import SuiteConfig, SuiteNoise
-from magicsim.evaluation.take import Take, cached_take, take_key
-from magicsim.judge.judged import EpisodeLabels, EpisodeTag
+from magicsim.evaluation.take import Case, Take, cached_take, list_cases, take_key
 from magicsim.judge.recorded import RecordedEpisode, read_recording
+from magicsim.judge.tally import EpisodeLabels, EpisodeTag
 
 REST_STREAM = 0x3C5A96
 """Turns the seed of an episode into that of a stream at rest."""

@@ -11,7 +11,7 @@ from magicsim.evaluation.footage import Footage
 from magicsim.frame_class import FrameClass
 from magicsim.judge.changed_frames import FrameRun
 from magicsim.judge.curves import CurvePoint, Roc
-from magicsim.judge.judged import JudgedEpisode
+from magicsim.judge.tally import JudgedEpisode
 from magicsim.report.drawing import BLUE, CLASS_COLORS, FAINT, LINE, ORANGE, drawn_panel, plot_style, to_svg
 from magicsim.report.text import data_uri, gap_or_depth
 

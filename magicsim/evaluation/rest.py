@@ -17,7 +17,7 @@ from magicsim.evaluation.answers import detection_of, features_of, fitted
 from magicsim.evaluation.detector import MakeDetector
 from magicsim.evaluation.footage import ExposedTake, Footage
 from magicsim.frame_class import FrameClass
-from magicsim.judge.judged import JudgedEpisode
+from magicsim.judge.tally import JudgedEpisode
 
 TAIL = 0.025
 """On either side of a 95 % interval."""

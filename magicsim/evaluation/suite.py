@@ -12,7 +12,7 @@ from magicsim.config.presets import find_preset
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.rigid_object import AngleDeg
-from magicsim.judge.judged import FIRST_PLACE, Role
+from magicsim.judge.tally import FIRST_PLACE, Role
 from magicsim.scenes.lamps import PlaceMm
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import FRAMES_PER_SECOND, FrameNumber, FrameRate, GapMm, RenderSettings, Seed

@@ -9,9 +9,9 @@ import numpy as np
 
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.frame_class import FrameClass
-from magicsim.judge.judged import JudgedEpisode
 from magicsim.judge.measures import SCORE_MEANS
 from magicsim.judge.score import PROXIMITY_TRUTH
+from magicsim.judge.tally import JudgedEpisode
 
 CONTACT_MEASURES = {"contact_balanced_accuracy", "onset_mm", "touch_auc"}
 

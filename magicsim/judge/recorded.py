@@ -32,8 +32,8 @@ from magicsim.detectors.frame import Frame
 from magicsim.detectors.source import read_image
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.frame_class import FrameClass
-from magicsim.judge.judged import EpisodeLabels
 from magicsim.judge.table import TABLE, read_table
+from magicsim.judge.tally import EpisodeLabels
 
 LABELS = "labels.csv"
 """Name of the table inside the folder."""

@@ -24,9 +24,8 @@ from scipy.stats import rankdata
 
 from magicsim.arrays import Array, Mask
 from magicsim.judge.changed_frames import FrameRun, changed_runs, score_runs
-from magicsim.judge.judged import JudgedEpisode
 from magicsim.judge.measures import MEASURES, SCORE_MEANS, measure
-from magicsim.judge.tally import Tally, score_pairs, tally
+from magicsim.judge.tally import JudgedEpisode, Tally, score_pairs, tally
 
 EXCHANGES = 8192
 """Exchanges that are tried: all of them up to 13 units, as many random ones beyond."""

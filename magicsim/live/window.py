@@ -11,11 +11,10 @@ import numpy as np
 from magicsim.errors import MagicsimError
 from magicsim.folder import check_place
 from magicsim.live.controls import Controls, Course
-from magicsim.live.readout import force_lines, frame_picture, state_line, verdict_table
 from magicsim.live.recording import Recording, recording_name
 from magicsim.live.server import close_server, open_server
 from magicsim.live.session import Session
-from magicsim.live.sight import Sight, Wish
+from magicsim.live.sight import Sight, Wish, force_lines, frame_picture, state_line, verdict_table
 from magicsim.live.view3d import View3D
 from magicsim.live.worker import Worker
 from magicsim.robot.quality import Quality, find_quality

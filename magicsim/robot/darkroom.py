@@ -16,8 +16,8 @@ from magicsim.scenes.rig import DARK
 from magicsim.scenes.scene import OutputSettings
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin
 from magicsim.simulation.episode import SimulatedFrame
-from magicsim.simulation.labelled_frame import Shot
 from magicsim.simulation.sensor import Sensor, sensor_camera
+from magicsim.simulation.stream import Shot
 
 Rgb = tuple[float, float, float]
 FULL: Rgb = (1.0, 1.0, 1.0)
@@ -79,11 +79,7 @@ class Darkroom:
             self._memory(moment),
             moment.at,
             origin=self._made(moment.state, moment.deformation)[1],
-            displacements_mm=(
-                self.sensor.printed_displacements_mm(moment.deformation) if self._output.displacements else None
-            ),
             is_reference=False,
-            markers_mm=self.sensor.markers_mm(moment.deformation),
         )
         return frame
 
@@ -131,9 +127,7 @@ class Darkroom:
     def _ready(self) -> Shot:
         if self._shot is None:
             untouched = self._radiance(UNTOUCHED, self.sensor.rest)
-            self._shot = Shot.of(
-                self.sensor.design, self.sensor.rig, self._output, sensor_camera(self.sensor, untouched)
-            )
+            self._shot = Shot.of(self.sensor, self._output, sensor_camera(self.sensor, untouched))
         return self._shot
 
     def _memory(self, moment: Moment) -> CameraMemory:

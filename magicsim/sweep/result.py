@@ -1,7 +1,7 @@
 """What is known of one design when it has been judged, and the folder of a sweep, one file a design.
 
-Printing limits: mini-MagicTac's recommended and printed sizes (Fan, Li, Zhang, arXiv 2505.24382). The thinnest wall is assumed:
-nobody published one, and 0.1 to 0.2 mm are the plausible walls of the base design.
+Printing limits are mini-MagicTac's recommended and printed sizes (Fan, Li, Zhang, arXiv 2505.24382). The thinnest wall
+is assumed: nobody published one, and 0.1 to 0.2 mm are the plausible walls of the base design.
 """
 
 import json

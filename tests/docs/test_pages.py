@@ -12,7 +12,7 @@ import pytest
 import magicsim
 from magicsim.cli import entry
 from magicsim.cli.app import app
-from magicsim.config.extensions import EXPERIMENTS
+from magicsim.config.presets import EXPERIMENTS
 from magicsim.geometry.objects.kinds import OBJECT_KINDS
 from magicsim.geometry.objects.rigid_object import ObjectBase
 

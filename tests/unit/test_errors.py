@@ -3,8 +3,8 @@ import pickle
 
 import pytest
 
+from magicsim.cli.app import lines_of
 from magicsim.cli.entry import _OneLine
-from magicsim.cli.lines import lines_of
 from magicsim.errors import LINE_LENGTH, ConfigError, ConvergenceError, one_line, shortened, unknown_choice, visible
 
 

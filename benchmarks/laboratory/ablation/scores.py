@@ -10,14 +10,12 @@ import numpy as np
 from magicsim.detectors import DetectorProfile, FrameClass, detect, fuse
 from magicsim.errors import MagicsimError
 from magicsim.evaluation.answers import judge_footage
-from magicsim.evaluation.cases import Case
 from magicsim.evaluation.detector import ProfileDetector
 from magicsim.evaluation.footage import ExposedTake, Footage
 from magicsim.evaluation.suite import SuiteConfig
-from magicsim.evaluation.take import Take
-from magicsim.judge.judged import EpisodeLabels, EpisodeTag
+from magicsim.evaluation.take import Case, Take
 from magicsim.judge.measures import estimate
-from magicsim.judge.tally import tally
+from magicsim.judge.tally import EpisodeLabels, EpisodeTag, tally
 
 MEASURED = (
     "proximity_balanced_accuracy", "contact_balanced_accuracy", "approach_auc", "touch_auc", "light_false_alarms",

@@ -18,10 +18,9 @@ from magicsim.camera.stream import CameraStream, Instant
 from magicsim.deform.indentation.press import compile_kernels
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import timeline
-from magicsim.simulation.labelled_frame import Shot
 from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor
-from magicsim.simulation.stream import simulate_with
+from magicsim.simulation.stream import Shot, simulate_with
 
 Array = npt.NDArray[np.float64]
 Run = Callable[[], Array]
@@ -271,15 +270,14 @@ def bare_outputs(settings: tuple[str, ...]) -> Rule:
     deformation = sensor.deform(state, sensor.rest)
     radiance = sensor.radiance(state, deformation)
     whole, lean = (
-        Shot.of(asked.design, asked.rig, asked.output, CameraStream.of(asked.rig.camera, radiance, asked.rig.lit))
+        Shot.of(sensor, asked.output, CameraStream.of(asked.rig.camera, radiance, asked.rig.lit))
         for asked in (scene, bare)
     )
     first = Instant(seed=0, index=0, time_s=0.0, frames_per_second=scene.frames_per_second)
 
     def run(shot: Shot) -> Array:
-        moved = sensor.printed_displacements_mm(deformation) if shot.output.displacements else None
         memory = shot.camera.begin(scene.frames_per_second)
-        frame, _ = shot.take(state, deformation, radiance, memory, first, displacements_mm=moved, is_reference=False)
+        frame, _ = shot.take(state, deformation, radiance, memory, first, is_reference=False)
         return frame.image.astype(float)
 
     return Rule(name="outputs not asked for", result="exact", full=lambda: run(whole), lean=lambda: run(lean))

@@ -15,7 +15,7 @@ from magicsim.detectors.verdict import Contact, Proximity, Verdict
 from magicsim.evaluation.footage import ExposedTake
 from magicsim.evaluation.take import Take
 from magicsim.frame_class import FrameClass
-from magicsim.judge.judged import EpisodeLabels
+from magicsim.judge.tally import EpisodeLabels
 
 Array = npt.NDArray[np.float64]
 STATES = {"untouched": FrameClass.CLEAR, "near": FrameClass.NEAR, "touched": FrameClass.CONTACT}

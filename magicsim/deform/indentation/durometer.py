@@ -26,7 +26,7 @@ from magicsim.geometry.design import ElastomerDesign, Mounting
 from magicsim.geometry.grid import Place, symmetric_place
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
-from magicsim.geometry.shapes.durometer_tool import SHAFT_RADIUS_MM, DurometerTool
+from magicsim.geometry.shapes.revolved import SHAFT_RADIUS_MM, DurometerTool
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 
 Walls = Literal["resolved", "homogenised", "none"]

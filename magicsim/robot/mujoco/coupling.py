@@ -23,9 +23,8 @@ from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.pose import Pose
 from magicsim.robot.darkroom import Moment
 from magicsim.robot.gripper import finger_seed
-from magicsim.robot.mujoco.attached import AttachedSensor
+from magicsim.robot.mujoco.attached import AttachedSensor, Trust
 from magicsim.robot.mujoco.pair import Touch
-from magicsim.robot.mujoco.response import Trust
 from magicsim.robot.mujoco.solids import MM, MjData, MjModel, engine
 from magicsim.robot.quality import Quality, find_quality
 from magicsim.scenes.scene import SceneConfig, load_scene

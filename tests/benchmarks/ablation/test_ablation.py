@@ -13,9 +13,8 @@ from laboratory.ablation.scores import (
 )
 
 from magicsim.errors import RenderError
-from magicsim.evaluation.cases import list_cases
 from magicsim.evaluation.suite import SuiteConfig
-from magicsim.evaluation.take import read_take, take_key
+from magicsim.evaluation.take import list_cases, read_take, take_key
 from magicsim.scenes.scene import SceneConfig, load_scene
 
 SMALL = (

@@ -11,7 +11,7 @@ from magicsim.deform.indentation.press import PressCurve, press, press_curve
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import parse_object
-from magicsim.report.curve_file import COLUMNS, write_curve
+from magicsim.report.drawing import COLUMNS, write_curve
 
 BLOCK = load_preset(
     ElastomerDesign,

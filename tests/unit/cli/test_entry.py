@@ -7,8 +7,8 @@ import pytest
 
 import magicsim
 from magicsim.cli.entry import EARLIER, app, present_words
-from magicsim.config.extensions import COMMANDS as ADDED_COMMANDS
-from magicsim.config.extensions import EXPERIMENTS, extensions
+from magicsim.config.presets import COMMANDS as ADDED_COMMANDS
+from magicsim.config.presets import EXPERIMENTS, extensions
 from magicsim.folder import result_folder
 
 from .conftest import Shell

@@ -1,6 +1,6 @@
 """What people read instead of JSON."""
 
-from magicsim.cli.lines import lines_of
+from magicsim.cli.app import lines_of
 
 
 def test_a_value_is_a_line_and_nothing_is_a_dash():

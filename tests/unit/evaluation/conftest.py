@@ -11,7 +11,7 @@ from magicsim.evaluation.baseline import Baseline
 from magicsim.evaluation.detector import MakeDetector, ProfileDetector
 from magicsim.evaluation.evaluate import Evaluation, evaluate_suite, film_suite
 from magicsim.evaluation.suite import SuiteConfig
-from magicsim.judge.judged import JudgedEpisode
+from magicsim.judge.tally import JudgedEpisode
 
 from .synthetic import PROFILE, make_suite
 

@@ -8,10 +8,9 @@ import numpy as np
 
 from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.verdict import Contact, Proximity
-from magicsim.evaluation.cases import Case, list_cases
 from magicsim.evaluation.suite import SuiteConfig, load_suite
-from magicsim.evaluation.take import Take, take_key, write_take
-from magicsim.judge.judged import EpisodeLabels, EpisodeTag, JudgedEpisode
+from magicsim.evaluation.take import Case, Take, list_cases, take_key, write_take
+from magicsim.judge.tally import EpisodeLabels, EpisodeTag, JudgedEpisode
 from magicsim.scenes.timeline import FrameState, timeline
 
 ROWS, COLUMNS = 48, 36

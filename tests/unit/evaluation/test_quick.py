@@ -4,9 +4,9 @@ from pathlib import Path
 import pytest
 
 from magicsim.evaluation import footage
-from magicsim.evaluation.cases import list_cases
 from magicsim.evaluation.footage import foretold_s, quick_films, quick_suite
 from magicsim.evaluation.suite import load_suite
+from magicsim.evaluation.take import list_cases
 
 
 def test_standard_condition_is_kept_and_the_rest_is_named():

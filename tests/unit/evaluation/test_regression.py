@@ -13,9 +13,9 @@ from magicsim.errors import ConfigError
 from magicsim.evaluation.baseline import Baseline, load_baseline, paired, save_baseline
 from magicsim.evaluation.detector import Detection, ProfileDetector
 from magicsim.evaluation.evaluate import condition_of
-from magicsim.judge.judged import JudgedEpisode
 from magicsim.judge.measures import SCORE_MEANS
 from magicsim.judge.regression import Change, compare
+from magicsim.judge.tally import JudgedEpisode
 
 Judge = Callable[..., list[JudgedEpisode]]
 NAMES = [f"take-{number}" for number in range(10)]

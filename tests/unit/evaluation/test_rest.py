@@ -12,7 +12,7 @@ from magicsim.evaluation.detector import Detection
 from magicsim.evaluation.footage import ExposedTake, Footage
 from magicsim.evaluation.rest import HOUR_S, log_odds, rest_streams
 from magicsim.evaluation.take import Take
-from magicsim.judge.judged import FIRST_PLACE, EpisodeTag
+from magicsim.judge.tally import FIRST_PLACE, EpisodeTag
 
 RATE = 15.0
 

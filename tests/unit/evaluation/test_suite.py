@@ -4,8 +4,8 @@ import pytest
 
 from magicsim.config.presets import preset_names
 from magicsim.errors import ConfigError
-from magicsim.evaluation.cases import list_cases
 from magicsim.evaluation.suite import load_suite
+from magicsim.evaluation.take import list_cases
 from magicsim.scenes.timeline import timeline
 
 from .synthetic import write_suite

@@ -5,10 +5,9 @@ import numpy as np
 import pytest
 
 from evaluation.synthetic import make_suite, make_take, write_suite
-from magicsim.evaluation.cases import list_cases
 from magicsim.evaluation.footage import film_case
 from magicsim.evaluation.suite import load_suite
-from magicsim.evaluation.take import cached_take, read_take, take_key, write_take
+from magicsim.evaluation.take import cached_take, list_cases, read_take, take_key, write_take
 
 
 def test_take_is_read_back_as_it_was_written(tmp_path: Path):

@@ -5,10 +5,9 @@ from sklearn.metrics import precision_recall_fscore_support, roc_auc_score
 
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
 from magicsim.frame_class import FrameClass
-from magicsim.judge.judged import JudgedEpisode
 from magicsim.judge.measures import MEASURES, measure
 from magicsim.judge.score import score_verdicts
-from magicsim.judge.tally import approach_lead, class_scores, tally, touch_onset
+from magicsim.judge.tally import JudgedEpisode, approach_lead, class_scores, tally, touch_onset
 
 MIXED = [
     judged("a", miss=(0, 5, 11), sharpness=1.0),

@@ -10,10 +10,10 @@ from evaluation.conftest import built_in
 from evaluation.synthetic import make_suite
 
 from magicsim.errors import ConfigError
-from magicsim.evaluation.cases import list_cases
 from magicsim.evaluation.evaluate import evaluate_suite
 from magicsim.evaluation.footage import film_case
 from magicsim.evaluation.suite import load_suite
+from magicsim.evaluation.take import list_cases
 from magicsim.judge.recorded import COLUMNS, TRUTH, read_recording
 
 SUITE = """

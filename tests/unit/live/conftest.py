@@ -8,7 +8,7 @@ import pytest
 import viser
 
 from magicsim.live.server import open_server
-from magicsim.live.subject import find_subject
+from magicsim.live.session import find_subject
 from magicsim.live.window import LiveWindow
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig

@@ -7,7 +7,7 @@ import numpy as np
 
 from magicsim.detectors.combined import judge
 from magicsim.detectors.profile import load_profile
-from magicsim.live.readout import frame_picture, state_line, verdict_table
+from magicsim.live.sight import frame_picture, state_line, verdict_table
 
 
 def test_table_has_a_column_for_each_profile_and_says_why_one_gives_no_verdict():

@@ -4,7 +4,7 @@ import pytest
 
 from magicsim.config.presets import find_preset
 from magicsim.errors import ConfigError, PresetError
-from magicsim.live.subject import find_subject
+from magicsim.live.session import find_subject
 from magicsim.scenes.scene import load_scene
 
 

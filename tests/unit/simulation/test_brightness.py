@@ -5,7 +5,7 @@ import pytest
 
 from magicsim.camera.exposure import Exposure
 from magicsim.scenes.rig import LedStrip, Rig
-from magicsim.simulation.labelled_frame import BrightnessWatch
+from magicsim.simulation.stream import BrightnessWatch
 
 LIT = Rig(schema_version=1, strips=(LedStrip(side="-x", radiance=(5.0, 5.0, 5.0)),))
 DARK = Rig(schema_version=1, strips=())

@@ -6,7 +6,7 @@ from multiprocessing.process import BaseProcess
 import pytest
 
 from magicsim.workers.attempt import WorkerOptions
-from magicsim.workers.pool import LocalPool
+from magicsim.workers.tasks import LocalPool
 
 from .tasks import not_to_be_sent, square
 

@@ -27,7 +27,7 @@ def estimate(
     The source is an image, a folder of images, a video, a camera (by its index), or a finished dataset, which brings
     its own references.
     """
-    from magicsim.cli.lines import lines_of
+    from magicsim.cli.app import lines_of
     from magicsim_experiments.learn.settings import need_torch
 
     refuse_settings(settings, "estimate")

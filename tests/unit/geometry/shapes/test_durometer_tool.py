@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.geometry.shapes.durometer_tool import DurometerTool
+from magicsim.geometry.shapes.revolved import DurometerTool
 
 
 def test_tip_is_flat_and_at_the_origin() -> None:

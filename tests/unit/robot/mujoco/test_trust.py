@@ -1,6 +1,6 @@
 import pytest
 
-from magicsim.robot.mujoco.response import LEAST_MM, MOST_MM, Trust
+from magicsim.robot.mujoco.attached import LEAST_MM, MOST_MM, Trust
 
 
 def test_way_grows_where_predictions_hold_and_shrinks_where_they_fail():
