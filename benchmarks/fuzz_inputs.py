@@ -40,8 +40,8 @@ from magicsim.config.models import load_preset
 from magicsim.config.presets import find_preset, preset_names
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.recipe import load_recipe
+from magicsim.detectors.picture import read_image
 from magicsim.detectors.profile import load_profile
-from magicsim.detectors.source import read_image
 from magicsim.detectors.video import quiet_opencv
 from magicsim.errors import MagicsimError
 from magicsim.evaluation.baseline import load_baseline

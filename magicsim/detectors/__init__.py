@@ -18,8 +18,9 @@ from magicsim.detectors.frame import Frame, check_frame
 from magicsim.detectors.fusion import BackgroundReference, GridReference, References, fuse
 from magicsim.detectors.grasp import GraspStage, GraspState, SlipState, run_grasp, step_grasp, step_slip
 from magicsim.detectors.offline import detect_sources, stream_sources
+from magicsim.detectors.picture import read_image
 from magicsim.detectors.profile import DetectorProfile, load_profile, profile_schema, save_profile
-from magicsim.detectors.source import SourceFrame, read_image, read_source
+from magicsim.detectors.source import SourceFrame, read_source
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
 from magicsim.frame_class import FrameClass, classify_frame
 from magicsim.names import lazy_names

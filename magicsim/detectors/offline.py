@@ -12,6 +12,7 @@ from magicsim.detectors.combined import detect
 from magicsim.detectors.frame import Frame, check_frame
 from magicsim.detectors.fusion import References, fuse
 from magicsim.detectors.grasp import GraspStage, GraspState, step_grasp
+from magicsim.detectors.orientation import turned_against
 from magicsim.detectors.profile import DetectorProfile, load_profile
 from magicsim.detectors.source import SourceFrame, read_source, source_kind
 from magicsim.detectors.verdict import (
@@ -76,9 +77,11 @@ def stream_sources(
     chosen = profile if isinstance(profile, DetectorProfile) else load_profile(profile)
     with closing(read_source(source)) as judged:
         references, resting = fuse_source(reference, chosen)
-        for each in islice(judged, frames):
+        for number, each in enumerate(islice(judged, frames)):
             with _naming(each):
                 verdict = detect(each.image, references, chosen, source=each.name)
+            if number == 0 and (turned := turned_against(references.background.ceiling, [each.image])):
+                _LOG.warning("%s", turned)
             yield marked(verdict, resting)
     if references.grid.frames < chosen.reference_count:
         _LOG.warning("%d reference frames instead of %d", references.grid.frames, chosen.reference_count)
@@ -90,19 +93,24 @@ def fuse_source(reference: str | Path, profile: DetectorProfile) -> tuple[Refere
         taken = list(islice(images, profile.reference_count))
     references = fuse(taken, profile)
     verdicts = [detect(image, references, profile) for image in taken]
-    odd = [number for number, verdict in enumerate(verdicts) if not _is_untouched(verdict)]
-    if odd:
-        first = verdicts[odd[0]]
-        _LOG.warning(
-            "%d of %d reference frames do not look untouched beside the others, the first of them frame %d (%s, %s); "
-            "references are frames of the untouched sensor",
-            len(odd), len(taken), odd[0], first.proximity, first.combined,
-        )  # fmt: skip
+    if odd := untouched_unlike([(each.proximity, each.combined) for each in verdicts]):
+        _LOG.warning("%s", odd)
     return references, features_at_rest(verdicts)
 
 
-def _is_untouched(verdict: Verdict) -> bool:
-    return verdict.proximity is Proximity.NORMAL and verdict.combined is Contact.UNTOUCHED
+def untouched_unlike(said: Sequence[tuple[str, str]]) -> str | None:
+    """One line where frames that should show the untouched sensor do not; None where they do.
+
+    Args:
+        said: Verdicts on proximity and, with everything known taken into account, on contact of each.
+    """
+    odd = [number for number, each in enumerate(said) if each != (Proximity.NORMAL, Contact.UNTOUCHED)]
+    if not odd:
+        return None
+    return (
+        f"{len(odd)} of {len(said)} reference frames do not look untouched beside the others, the first of them frame "
+        f"{odd[0]} ({', '.join(said[odd[0]])}); references are frames of the untouched sensor"
+    )
 
 
 def _reference_images(reference: str | Path) -> Generator[Frame, None, None]:

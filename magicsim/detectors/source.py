@@ -1,34 +1,27 @@
-"""Frames from a source outside: an image file, a folder of images, a video file or a camera."""
+"""Frames from a source outside: an image file, a folder of images, a video file or a camera.
 
-import zlib
+The one reader of frames: detectors, recordings and their references see a file alike.
+"""
+
+import logging
+import math
 from collections.abc import Callable, Generator, Iterable
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
-import cv2
-import numpy as np
-
 from magicsim.config.presets import expanded, is_file, is_folder
-from magicsim.conventions import MAX_PIXELS
-from magicsim.detectors.frame import Frame, check_frame, check_pixels
-from magicsim.detectors.video import VIDEO_SUFFIXES, open_video, quiet_opencv, read_camera
-from magicsim.errors import NAME_LENGTH, ConfigError, FrameError, shortened
-
-IMAGE_SUFFIXES = (".bmp", ".jpeg", ".jpg", ".png", ".ppm", ".tif", ".tiff", ".webp")
-"""File name endings that are read as images, in any case."""
-
-MAX_BYTES = 8 * MAX_PIXELS
-"""Largest image file: so many pixels of four channels of 16 bit."""
-
-SIGNATURE = b"\x89PNG\r\n\x1a\n"
-"""First bytes of every PNG file."""
-
-_LENGTH, _NAME, _SUM = 4, 4, 4
+from magicsim.detectors.frame import Frame
+from magicsim.detectors.order import image_files
+from magicsim.detectors.picture import IMAGE_SUFFIXES, once, read_pictures
+from magicsim.detectors.video import VIDEO_SUFFIXES, Remark, VideoFrame, open_video, read_camera
+from magicsim.errors import NAME_LENGTH, ConfigError, shortened
 
 SourceKind = Literal["image", "folder", "video", "camera"]
 """What a source can be."""
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,13 +29,28 @@ class SourceFrame:
     """One frame and where it came from."""
 
     name: str
-    """File name; that of a video, or `camera` and its index, with `#` and the frame's number from 0."""
+    """File name; that of a video or a file of several pictures, or `camera` and its index, with `#` and the frame's
+    number from 0."""
     image: Frame
     """RGB image, shape (rows, columns, 3)."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shot:
+    """A frame whose image is not made yet."""
+
+    name: str
+    """As that of a `SourceFrame`."""
+    read: Callable[[], Frame]
+    """Its image, RGB, shape (rows, columns, 3), to be asked for before the next frame is."""
+    time_s: float = math.nan
+    """From the first frame of a video, by its time stamps [s]; NaN of images and cameras."""
+
+
 Frames = Generator[SourceFrame, None, None]
 """Frames one at a time; closing it releases what it reads from."""
+Shots = Generator[Shot, None, None]
+"""Frames that are not made yet, likewise."""
 
 
 def source_kind(source: str | Path) -> SourceKind:
@@ -68,103 +76,67 @@ def source_kind(source: str | Path) -> SourceKind:
     raise ConfigError(f"source '{source}' is neither an image nor a video; give {expected}")
 
 
-def read_source(source: str | Path) -> Frames:
-    """Frames of a source, one at a time; those of a folder in the order of their names, a camera's without end.
+def read_source(source: str | Path, remark: Remark | None = None) -> Frames:
+    """Frames of a source, one at a time; a camera's without end.
 
-    A camera is opened with its first frame and released when the iterator is closed, so that one camera can give the
+    Those of a folder come by the numbers in their names, all pictures of a file of several one after the other. A
+    camera is opened with its first frame and released when the iterator is closed, so that one camera can give the
     references first and the frames to judge afterwards.
 
+    Args:
+        source: Image file, folder of images, video file, or index of a camera.
+        remark: Hears what was done to frames (turned as their file says, put in order) and what is odd about them
+            (a coding that loses detail, a video that ends early); the log by default.
+
     Raises:
-        ConfigError: The source does not exist, is of no known kind or holds no image.
+        ConfigError: The source does not exist, is of no known kind, holds no image, or does not tell their order.
         FrameError: An image, a video or a camera cannot be read; raised when its turn comes, for a video at once.
     """
-    return _READERS[source_kind(source)](expanded(source))
+    return _read(open_source(source, remark))
 
 
-def read_image(path: str | Path) -> Frame:
-    """Read an image file as RGB, shape (rows, columns, 3), without rotating it by its metadata.
-
-    Raises:
-        FrameError: The file is missing, cannot be decoded, or does not hold 8-bit colour.
-    """
-    try:
-        decoded = _decoded(Path(path))
-    except FrameError:
-        raise
-    except (OSError, ValueError) as error:
-        raise FrameError(f"image '{path}' cannot be read: {getattr(error, 'strerror', None) or error}") from error
-    except cv2.error as error:
-        if "MAX_IMAGE" in str(error):  # the limit that OpenCV is loaded with, see `magicsim.__init__`
-            msg = f"image '{path}' has too many pixels; at most {MAX_PIXELS / 1e6:.0f} million are allowed"
-            raise FrameError(msg) from None
-        decoded = None
-    if decoded is None:
-        raise FrameError(f"image '{path}' cannot be decoded; must be a whole image file ({', '.join(IMAGE_SUFFIXES)})")
-    channels = decoded.shape[2] if decoded.ndim > len(("rows", "columns")) else 1
-    if channels not in {3, 4}:  # opacity is dropped
-        raise FrameError(f"image '{path}' has {channels} channel(s); must be colour with 3 (RGB)")
-    try:
-        return check_frame(decoded[:, :, 2::-1])  # RGB from OpenCV's BGR or BGRA
-    except FrameError as error:
-        raise FrameError(f"image '{path}': {error}") from error
+def _read(shots: Shots) -> Frames:
+    with closing(shots):
+        for each in shots:
+            yield SourceFrame(name=each.name, image=each.read())
 
 
-def _decoded(path: Path) -> np.ndarray | None:
-    """Pixels of a file as OpenCV reads it; None where it is no whole image."""
-    length = path.stat().st_size
-    if length > MAX_BYTES:
-        raise FrameError(f"image '{path}' has {length / 1e6:.0f} MB; at most {MAX_BYTES / 1e6:.0f} MB are allowed")
-    content = path.read_bytes()
-    if not content or is_damaged_png(content):
-        return None
-    with quiet_opencv():
-        decoded = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
-    if decoded is not None:
-        check_pixels(f"image '{path}'", decoded.shape[1], decoded.shape[0])
-    return decoded
+def open_source(source: str | Path, remark: Remark | None = None) -> Shots:
+    """The frames of `read_source`, each decoded when it is asked for; raises the same."""
+    return _OPENERS[source_kind(source)](expanded(source), once(remark or _LOG.warning))
 
 
-def is_damaged_png(content: bytes) -> bool:
-    """Whether the bytes start as a PNG and then break off or fail a chunk's checksum.
-
-    Walks the chunks (length, name, data, CRC-32 of name and data) up to `IEND`: PNG specification, section 5.
-    """
-    if not content.startswith(SIGNATURE):
-        return False
-    at = len(SIGNATURE)
-    while at + _LENGTH + _NAME + _SUM <= len(content):
-        name_at = at + _LENGTH
-        sum_at = name_at + _NAME + int.from_bytes(content[at:name_at])
-        body = content[name_at:sum_at]
-        if zlib.crc32(body) != int.from_bytes(content[sum_at : sum_at + _SUM]):
-            return True
-        if body.startswith(b"IEND"):
-            return False
-        at = sum_at + _SUM
-    return True
+def _open_files(files: Iterable[Path], remark: Remark) -> Shots:
+    for each in files:
+        pictures = read_pictures(each, remark)
+        for number, read in enumerate(pictures):
+            yield Shot(name=each.name if len(pictures) == 1 else f"{each.name}#{number}", read=read)
 
 
-def _read_folder(path: Path) -> Frames:
-    files = sorted(each for each in path.iterdir() if each.suffix.lower() in IMAGE_SUFFIXES and each.is_file())
-    if not files:
-        raise ConfigError(f"source folder '{path}' holds no image ({', '.join(IMAGE_SUFFIXES)})")
-    return _read_files(files)
+def _open_video(path: Path, remark: Remark) -> Shots:
+    return _video_shots(path.name, open_video(path, remark))
 
 
-def _read_files(files: Iterable[Path]) -> Frames:
-    return (SourceFrame(name=each.name, image=read_image(each)) for each in files)
+def _video_shots(name: str, frames: Generator[VideoFrame, None, None]) -> Shots:
+    with closing(frames):
+        for number, each in enumerate(frames):
+            yield Shot(name=f"{name}#{number}", read=each.read, time_s=each.time_s)
 
 
-def _numbered(name: str, images: Generator[Frame, None, None]) -> Frames:
-    with closing(images):
+def _open_camera(index: int) -> Shots:
+    with closing(read_camera(index)) as images:
         for number, image in enumerate(images):
-            yield SourceFrame(name=f"{name}#{number}", image=image)
+            yield Shot(name=f"camera {index}#{number}", read=partial(_itself, image))
 
 
-_READERS: dict[SourceKind, Callable[[Path], Frames]] = {
-    "image": lambda path: _read_files([path]),
-    "folder": _read_folder,
-    "video": lambda path: _numbered(path.name, open_video(path)),
-    "camera": lambda path: _numbered(f"camera {path}", read_camera(int(str(path)))),
+def _itself(image: Frame) -> Frame:
+    return image
+
+
+_OPENERS: dict[SourceKind, Callable[[Path, Remark], Shots]] = {
+    "image": lambda path, remark: _open_files([path], remark),
+    "folder": lambda path, remark: _open_files(image_files(path, remark), remark),
+    "video": _open_video,
+    "camera": lambda path, _: _open_camera(int(str(path))),
 }
 """The reader of each kind; a new kind of source is one entry here and one line in `source_kind`."""

@@ -6,8 +6,10 @@ references from the same recording.
 
 import logging
 import os
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -18,16 +20,41 @@ from magicsim.errors import FrameError
 
 VIDEO_SUFFIXES = (".avi", ".m4v", ".mjpeg", ".mjpg", ".mkv", ".mov", ".mp4", ".mpeg", ".mpg", ".webm")
 """File name endings that are read as videos, in any case."""
+LOSSLESS = ("FFV1", "FFVH", "HFYU", "UL", "UM", "UQ", "M8", "MAGY", "LAGS", "PNG", "MPNG", "RAW", "DIB", "BGR", "RGB",
+            "RLE", "QRLE", "ZMBV", "CSCD", "FPS1", "I420", "YV12", "YUY2", "UYVY", "NV12", "Y800", "GREY")  # fmt: skip
+"""How the names of codecs begin that keep what they are given."""
+COARSE_COLOURS = ("I420", "YV12", "IYUV", "NV12", "NV21", "YUY2", "UYVY", "Y42B", "422P", "411P", "410P")
+"""Layouts of pixels that have colours for every second pixel or fewer."""
+COUNTING = (".avi", ".m4v", ".mov", ".mp4")
+"""Endings of containers that hold the number of their frames; of others it is guessed from their duration."""
+Remark = Callable[[str], None]
+"""Takes one line about what was done to frames, or what is odd about them."""
 _LOG = logging.getLogger(__name__)
 
 
-def open_video(path: Path) -> Generator[Frame, None, None]:
-    """Frames of a video file as RGB, one at a time; warns at the end where the file promised more.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VideoFrame:
+    """A frame of a video that is decoded and not yet turned into RGB."""
+
+    time_s: float
+    """From the first frame, by the time stamps of the file [s]; 0 for every frame where it has none."""
+    read: Callable[[], Frame]
+    """Its image, shape (rows, columns, 3), to be asked for before the next frame is."""
+
+
+def open_video(path: Path, remark: Remark | None = None) -> Generator[VideoFrame, None, None]:
+    """Frames of a video file, one at a time, upright as its track says.
+
+    Args:
+        path: Video file.
+        remark: Hears at once that frames are turned or that the codec loses detail, and at the end that the file
+            promised more frames; the log by default.
 
     Raises:
         FrameError: The file cannot be opened, has frames that are too large, or holds none that can be decoded; raised
             at once.
     """
+    remark = remark or _LOG.warning
     capture = _capture(str(path))
     if capture.isOpened():
         columns, rows = (round(capture.get(each)) for each in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT))
@@ -36,11 +63,37 @@ def open_video(path: Path) -> Generator[Frame, None, None]:
         except FrameError:
             capture.release()
             raise
-    first = _next(capture) if capture.isOpened() else None
-    if first is None:
+    if not capture.isOpened() or not _grab(capture):
         capture.release()
         raise FrameError(f"video '{path}' cannot be decoded; must be a whole video file in a format that OpenCV reads")
-    return _video_frames(capture, first, path)
+    turn = round(capture.get(cv2.CAP_PROP_ORIENTATION_META)) % 360
+    if turn:
+        remark(
+            f"video '{path.name}': frames are turned by {turn} degrees, as its track says; references and frames have "
+            "to be turned alike"
+        )
+    if loss := _loss(capture):
+        remark(
+            f"video '{path.name}' {loss}: frames of something near may be judged Touched; record without loss (FFV1 "
+            "of RGB, or PNG images)"
+        )
+    return _video_frames(capture, path, remark)
+
+
+def _loss(capture: cv2.VideoCapture) -> str:
+    """What a video's coding loses; nothing where it keeps every pixel or nobody knows."""
+    codec, pixels = (
+        _four_characters(capture.get(each)) for each in (cv2.CAP_PROP_FOURCC, cv2.CAP_PROP_CODEC_PIXEL_FORMAT)
+    )
+    if not codec.strip() or not codec.isprintable():
+        return ""
+    if not codec.upper().startswith(LOSSLESS):
+        return f"is coded as {codec.strip()}, which loses detail unless it is told not to"
+    return f"is coded as {codec.strip()} with colours of fewer pixels ({pixels})" if pixels in COARSE_COLOURS else ""
+
+
+def _four_characters(code: float) -> str:
+    return (int(code) & 0xFFFFFFFF).to_bytes(4, "little").decode("latin-1")
 
 
 def read_camera(index: int) -> Generator[Frame, None, None]:
@@ -63,17 +116,24 @@ def read_camera(index: int) -> Generator[Frame, None, None]:
         capture.release()
 
 
-def _video_frames(capture: cv2.VideoCapture, first: Frame, path: Path) -> Generator[Frame, None, None]:
+def _video_frames(capture: cv2.VideoCapture, path: Path, remark: Remark) -> Generator[VideoFrame, None, None]:
     promised = round(capture.get(cv2.CAP_PROP_FRAME_COUNT))
-    number = 0
+    number, reached, longest, is_there = 0, -1, 1, True
     try:
-        frame: Frame | None = first
-        while frame is not None:
+        while is_there:
+            stamp = round(capture.get(cv2.CAP_PROP_PTS))
+            longest, reached = max(longest, stamp - reached if number else 1), max(reached, stamp)
+            time_s = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
+            yield VideoFrame(time_s=time_s, read=partial(_retrieved, capture, path, number))
             number += 1
-            yield frame
-            frame = _next(capture)
-        if number < promised:
-            _LOG.warning("video '%s' gave %d of %d frames; the rest is damaged or missing", path.name, number, promised)
+            is_there = _grab(capture)
+        if number < promised and reached + longest < promised:
+            remark(f"video '{path.name}' gave {number} of {promised} frames; the rest is damaged or missing")
+        elif number < promised and path.suffix.lower() in COUNTING:
+            remark(
+                f"video '{path.name}' gave {number} of {promised} frames, up to its end: others were dropped as it "
+                "was taken, or are damaged; the times of these are right"
+            )
     finally:
         capture.release()
 
@@ -91,7 +151,24 @@ def _capture(source: str | int) -> cv2.VideoCapture:
 def _next(capture: cv2.VideoCapture) -> Frame | None:
     with quiet_opencv():
         good, frame = capture.read()
-    return np.ascontiguousarray(frame[:, :, ::-1], dtype=np.uint8) if good else None
+    return _rgb(frame) if good else None
+
+
+def _grab(capture: cv2.VideoCapture) -> bool:
+    with quiet_opencv():
+        return bool(capture.grab())
+
+
+def _retrieved(capture: cv2.VideoCapture, path: Path, number: int) -> Frame:
+    with quiet_opencv():
+        good, frame = capture.retrieve()
+    if not good:
+        raise FrameError(f"video '{path}': frame {number} cannot be decoded")
+    return _rgb(frame)
+
+
+def _rgb(frame: np.ndarray) -> Frame:
+    return np.ascontiguousarray(frame[:, :, ::-1], dtype=np.uint8)
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """What a detector answers to the frames of an episode, checked, and kept beside the truth."""
 
+import logging
 import math
 import time
 from collections.abc import Iterable, Sequence
@@ -8,11 +9,15 @@ from typing import Any
 import numpy as np
 
 from magicsim.arrays import Array, Frame
+from magicsim.detectors.offline import untouched_unlike
+from magicsim.detectors.orientation import turned_against
 from magicsim.detectors.verdict import FEATURES, Contact, Proximity
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.evaluation.detector import Detection, Detector, MakeDetector, tried
-from magicsim.evaluation.footage import Footage
+from magicsim.evaluation.footage import ExposedTake, Footage
 from magicsim.judge.tally import JudgedEpisode
+
+_LOG = logging.getLogger(__name__)
 
 
 def fitted(make: MakeDetector, references: Iterable[Frame], *, who: str) -> Detector:
@@ -61,9 +66,15 @@ def _number(value: object) -> float | None:
 
 def judge_footage(footage: Footage, make: MakeDetector, *, who: str) -> JudgedEpisode:
     """Runs a new detector over an episode."""
-    detector = fitted(make, footage.images.references(), who=who)
-    said, spent = [], []
+    references = list(footage.images.references())
+    detector = fitted(make, references, who=who)
+    if not isinstance(footage.images, ExposedTake):  # frames that exist, which may be anybody's
+        _ask_references(references, make, footage.tag.take, who=who)
+    said: list[Detection] = []
+    spent = []
     for frame in footage.images.frames():
+        if not said and not isinstance(footage.images, ExposedTake):
+            warn_of_turned(references, frame, footage.tag.take)
         start = time.perf_counter()
         said.append(detection_of(detector, frame, who=who))
         spent.append(time.perf_counter() - start)
@@ -76,6 +87,20 @@ def judge_footage(footage: Footage, make: MakeDetector, *, who: str) -> JudgedEp
         milliseconds=round(1e3 * float(np.median(spent)), 3) if spent else 0.0,
         frames_per_second=footage.frames_per_second,
     )  # fmt: skip
+
+
+def _ask_references(references: Sequence[Frame], make: MakeDetector, take: str, *, who: str) -> None:
+    """Warns where the detector itself does not take its references for frames of the untouched sensor."""
+    detector = fitted(make, references, who=who)
+    said = [detection_of(detector, each, who=who) for each in references]
+    if odd := untouched_unlike([(each.proximity, each.contact) for each in said]):
+        _LOG.warning("%s: %s", take, odd)
+
+
+def warn_of_turned(references: Sequence[Frame], frame: Frame, take: str) -> None:
+    """Warns where a frame is turned against the references of its own recording, all of shape (rows, columns, 3)."""
+    if frame.shape == references[0].shape and (turned := turned_against(np.mean(references, 0), [frame])):
+        _LOG.warning("%s: %s", take, turned)
 
 
 def features_of(said: Sequence[Detection]) -> dict[str, Array]:

@@ -1,5 +1,6 @@
 """Frames that exist: a run of `simulate`, a dataset, or a recording, as footage and with verdicts."""
 
+import logging
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,15 +17,17 @@ from magicsim.dataset.export.source import open_dataset
 from magicsim.dataset.frames import FrameTable, open_frames
 from magicsim.dataset.manifest import MANIFEST
 from magicsim.detectors.features import Episode
-from magicsim.detectors.offline import json_text, rows, table_lines
+from magicsim.detectors.offline import json_text, rows, table_lines, untouched_unlike
+from magicsim.detectors.picture import read_image
 from magicsim.detectors.profile import load_profile
-from magicsim.detectors.source import read_image
 from magicsim.detectors.verdict import Verdict
 from magicsim.errors import ConfigError
+from magicsim.evaluation.answers import warn_of_turned
 from magicsim.evaluation.footage import RECORDED, Footage, recorded_footage
 from magicsim.evaluation.suite import SuiteConfig, SuitePlace, SuiteRecording
 from magicsim.folder import MARKER
 from magicsim.frame_class import FrameClass
+from magicsim.judge.plausible import force_size
 from magicsim.judge.recorded import TRUTH, read_episode, read_recording
 from magicsim.judge.table import TABLE as RUN
 from magicsim.judge.table import read_table
@@ -32,6 +35,7 @@ from magicsim.judge.tally import FIRST_PLACE, EpisodeLabels, EpisodeTag
 from magicsim.judge.verdicts import COATED, SensorDetector
 from magicsim.scenes.scene import SceneConfig
 
+_LOG = logging.getLogger(__name__)
 AS_MADE = "as-made"
 """Light, noise and place of frames that exist: those that they were made with."""
 COLUMNS = (
@@ -165,11 +169,14 @@ def _dataset(folder: Path, frames_per_second: float, *, is_recorded: bool) -> li
         if not len(scored):
             continue
         gap_mm, flashlight = scored.column("gap_mm").astype(float), scored.column("flashlight")
-        force_n = np.linalg.norm(np.nan_to_num(scored.column("force_n").astype(float)), axis=1)
-        labels = EpisodeLabels.of(gap_mm, force_n, flashlight)
-        if is_recorded:  # its classes may rest on more than gap and force
+        forces = scored.column("force_n").astype(float)
+        if is_recorded:  # parts may be unknown, and its classes rest on more than gap and force
+            sizes = [force_size(each[2:] if np.isnan(each[:2]).all() else each) for each in forces]
+            labels = EpisodeLabels.of(gap_mm, np.array(sizes), flashlight)
             given = [FrameClass(each) if each else None for each in scored.column("frame_class").tolist()]
             labels = replace(labels, classes=tuple(given))
+        else:
+            labels = EpisodeLabels.of(gap_mm, np.linalg.norm(forces, axis=1), flashlight)
         images = StoredImages(read=partial(_row_images, scored, frames.where(mine & is_reference)))
         body, path = (str(scored.column(name)[0]) for name in ("object_kind", "path_kind"))
         tag = _tag(f"episode-{number}", body or SHOWN, path)
@@ -208,7 +215,12 @@ def write_existing_verdicts(
     def verdicts(film: Footage) -> Iterator[Verdict]:
         untouched = list(islice(film.images.references(), chosen.reference_count))
         detector = SensorDetector.of(untouched, chosen, is_coated=coated)
+        said = [detector.verdict(each) for each in untouched]
+        if odd := untouched_unlike([(each.proximity, each.combined) for each in said]):
+            _LOG.warning("%s: %s", film.tag.take, odd)
         for number, frame in enumerate(film.images.frames()):
+            if number == 0:
+                warn_of_turned(untouched, frame, film.tag.take)
             yield detector.verdict(frame, source=f"{film.tag.take}#{number}")
 
     judged = chain.from_iterable(rows(verdicts(film), chosen, grasp=grasp) for film in existing.films)

@@ -9,16 +9,18 @@ first:
     00041.png,0,-0.4,0.8,0
 
 `gap_mm` is the shortest distance from the object's surface to the undeformed contact face, negative when pressed and
-empty without an object; `force_n` the size of the contact force; `is_reference` and `flashlight` are 0 or 1. Files are
-named relative to the folder. Instead of `force_n`, which is one number here and a vector in episodes and datasets, a
+empty without an object; `force_n` the size of the contact force, empty where nobody knows: such a frame is scored only
+where its gap tells that nothing touches. `is_reference` and `flashlight` are 0 or 1. Files are named relative to the
+folder, each once. Instead of `force_n`, which is one number here and a vector in episodes and datasets, a
 table may have that vector as `force_x_n`, `force_y_n` and `force_z_n`, or the normal force alone as `force_z_n`.
 
 `labels.csv` has the classes: a heading and one line a frame in their order, `file`, relative to the folder, and
 `class`, one of Reference, Clear, Near, Contact and Light, or nothing for a frame that is not scored.
 """
 
-import csv
-import math
+import logging
+import os
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,14 +29,18 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.config.presets import is_file
+from magicsim.config.tables import Line, read_table
 from magicsim.detectors.features import Episode
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.source import read_image
+from magicsim.detectors.picture import once, read_image
 from magicsim.errors import ConfigError, unknown_choice
-from magicsim.frame_class import FrameClass
-from magicsim.judge.table import TABLE, read_table
+from magicsim.frame_class import NEAR_MIN_MM, FrameClass
+from magicsim.judge.plausible import FELT_N, force_size, odd_labels
+from magicsim.judge.table import TABLE
+from magicsim.judge.table import read_table as read_rows
 from magicsim.judge.tally import EpisodeLabels
 
+_LOG = logging.getLogger(__name__)
 LABELS = "labels.csv"
 """Name of the table inside the folder."""
 REFERENCE = "Reference"
@@ -53,36 +59,25 @@ def read_labels(folder: str | Path) -> Episode:
     references: list[Frame] = []
     frames: list[Frame] = []
     classes: list[FrameClass | None] = []
-    for number, name, label in _lines(path):
-        image = read_image(path.parent / name)
+    table = read_table(path)
+    missing = [name for name in LABEL_COLUMNS if name not in table.heading]
+    if missing:
+        table.check_delimiter()
+        raise ConfigError(f"'{path}' has no column {', '.join(missing)}; its heading must be {','.join(LABEL_COLUMNS)}")
+    remark = once(_LOG.warning)
+    for line in table.lines(LABEL_COLUMNS):
+        label = line.text("class")
+        image = read_image(path.parent / line.text("file"), remark)
         if label == REFERENCE:
             references.append(image)
             continue
         if label and label not in set(FrameClass):
-            raise ConfigError(f"{path.name} line {number}: {unknown_choice('class', label, [REFERENCE, *FrameClass])}")
+            raise ConfigError(f"{line.where}: {unknown_choice('class', label, [REFERENCE, *FrameClass])}")
         frames.append(image)
         classes.append(FrameClass(label) if label else None)
     if not references:
         raise ConfigError(f"'{path}' names no frame of class {REFERENCE}; the untouched sensor is needed")
     return Episode(references=references, frames=frames, classes=classes)
-
-
-def _lines(path: Path) -> list[tuple[int, str, str]]:
-    """Line number, file and class of every line."""
-    try:
-        with path.open(encoding="utf-8", newline="") as file:
-            table = csv.DictReader(file)
-            missing = [name for name in LABEL_COLUMNS if name not in (table.fieldnames or ())]
-            if missing:
-                msg = f"'{path}' has no column {', '.join(missing)}; its heading must be {','.join(LABEL_COLUMNS)}"
-                raise ConfigError(msg)
-            return [(table.line_num, row["file"] or "", (row["class"] or "").strip()) for row in table]
-    except UnicodeDecodeError as error:
-        raise ConfigError(f"'{path}' is not UTF-8 text: {error}") from error
-    except csv.Error as error:
-        raise ConfigError(f"'{path}' is not a table of comma-separated values: {error}") from error
-    except OSError as error:
-        raise ConfigError(f"'{path}' cannot be read: {error.strerror}") from error
 
 
 TRUTH = "truth.csv"
@@ -101,9 +96,9 @@ class RecordedEpisode:
     files: tuple[str, ...]
     is_reference: npt.NDArray[np.bool_]
     gap_mm: npt.NDArray[np.float64]
-    """NaN without an object."""
+    """NaN without an object, and where nobody knows."""
     force_n: npt.NDArray[np.float64]
-    """Size of the contact force, or of its normal part where nothing else is known."""
+    """Size of the contact force, or of its normal part where nothing else is known; NaN where nobody knows."""
     flashlight: npt.NDArray[np.bool_]
 
     @property
@@ -121,7 +116,9 @@ class RecordedEpisode:
         return self._images(~self.is_reference)
 
     def _images(self, chosen: npt.NDArray[np.bool_]) -> Iterator[Frame]:
-        return (read_image(self.folder / name) for name, wanted in zip(self.files, chosen, strict=True) if wanted)
+        remark = once(_LOG.warning)
+        wanted = (name for name, is_wanted in zip(self.files, chosen, strict=True) if is_wanted)
+        return (read_image(self.folder / name, remark) for name in wanted)
 
 
 def read_recording(folder: Path) -> RecordedEpisode:
@@ -131,68 +128,49 @@ def read_recording(folder: Path) -> RecordedEpisode:
         ConfigError: No folder, no table, a wrong column, a value that is not allowed, or a missing image.
     """
     path = folder / TRUTH
-    try:
-        rows = list(csv.DictReader(path.read_text(encoding="utf-8-sig").splitlines()))
-    except (OSError, UnicodeDecodeError, csv.Error):
-        msg = f"recording '{folder}' holds no readable {TRUTH}; it needs the columns {', '.join(COLUMNS)}"
-        raise ConfigError(msg) from None
-    found = tuple(rows[0]) if rows else ()
-    force = next((each for each in FORCES if set(found) == {*COLUMNS} - {"force_n"} | {*each}), None)
+    if not is_file(path):
+        raise ConfigError(f"recording '{folder}' holds no readable {TRUTH}; it needs the columns {', '.join(COLUMNS)}")
+    table = read_table(path)
+    force = next((each for each in FORCES if set(table.heading) == {*COLUMNS} - {"force_n"} | {*each}), None)
     if force is None:
+        table.check_delimiter()
         raise ConfigError(
-            f"{path}: columns {', '.join(map(str, found)) or 'none'}; must be {', '.join(COLUMNS)}, or instead of "
+            f"{path}: columns {', '.join(table.heading) or 'none'}; must be {', '.join(COLUMNS)}, or instead of "
             f"force_n {', '.join(VECTOR)} or {VECTOR[2]} alone"
         )
-    values = [_row(path, number, row, force) for number, row in enumerate(rows, 2)]
-    for name, *_ in values:
+    values = [_row(line, force) for line in table.lines(table.heading)]
+    files = [each[0] for each in values]
+    for name, lines in Counter(map(os.path.normpath, files)).items():
         if not is_file(folder / name):
             raise ConfigError(f"{path}: file '{name}' does not exist")
+        if lines > 1:
+            raise ConfigError(f"{path}: file '{name}' stands in {lines} lines; must be in one")
     reference = np.array([each[1] for each in values], bool)
     if not reference.any() or reference.all() or (np.diff(reference.astype(int)) > 0).any():
         count = f"{int(reference.sum())} of {len(values)}"
         raise ConfigError(f"{path}: {count} frames are references; must be some, and all before the rest")
-    files, _, gaps, forces, lights = zip(*values, strict=True)
+    _, _, gaps, forces, lights = zip(*values, strict=True)
+    unknown = int(np.isnan(np.array(forces)[~reference & ~(np.array(gaps) > 0)]).sum())
+    if unknown:
+        _LOG.warning("%s: of %d frames no force tells whether something touches: they are not scored", path, unknown)
+    for each in odd_labels(force_n=np.array(forces), gap_mm=np.array(gaps)):
+        _LOG.warning("%s: %s", path, each)
     return RecordedEpisode(
-        folder=folder, files=files, is_reference=reference, gap_mm=np.array(gaps, np.float64),
+        folder=folder, files=tuple(files), is_reference=reference, gap_mm=np.array(gaps, np.float64),
         force_n=np.array(forces, np.float64), flashlight=np.array(lights, bool),
     )  # fmt: skip
 
 
-def _row(
-    path: Path, number: int, row: dict[str, str | None], force: tuple[str, ...]
-) -> tuple[str, bool, float, float, bool]:
+def _row(line: Line, force: tuple[str, ...]) -> tuple[str, bool, float, float, bool]:
     """File, whether it is a reference, gap, force and flashlight of a line."""
-    file = row["file"] or ""
+    file, is_reference, gap_mm = line.text("file"), line.certain_flag("is_reference"), line.number("gap_mm")
     if not file:
-        raise ConfigError(f"{path}, line {number}: file is empty")
-    parts = [_number(path, number, row, name, empty=0.0) for name in force]
-    return (
-        file,
-        _flag(path, number, row, "is_reference"),
-        _number(path, number, row, "gap_mm", empty=math.nan),
-        parts[0] if force == ("force_n",) else math.hypot(*parts),
-        _flag(path, number, row, "flashlight"),
-    )
-
-
-def _flag(path: Path, number: int, row: dict[str, str | None], name: str) -> bool:
-    if row[name] not in {"0", "1"}:
-        raise ConfigError(f"{path}, line {number}: {name} = {row[name]!r} is not allowed: must be 0 or 1")
-    return row[name] == "1"
-
-
-def _number(path: Path, number: int, row: dict[str, str | None], name: str, *, empty: float) -> float:
-    text = (row[name] or "").strip()
-    if not text:
-        return empty
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        msg = f"{path}, line {number}: {name} = {row[name]!r} is not allowed: must be a finite number or empty"
-        raise ConfigError(msg)
-    return value
+        raise ConfigError(f"{line.where}: file is empty")
+    force_n = force_size([line.number(name) for name in force])
+    if is_reference and (force_n > FELT_N or gap_mm <= -NEAR_MIN_MM):
+        told = f"a force of {force_n:g} N" if force_n > FELT_N else f"gap_mm = {gap_mm:g}"
+        raise ConfigError(f"{line.where}: a reference has {told}; must be of the untouched sensor")
+    return file, is_reference, gap_mm, force_n, line.certain_flag("flashlight")
 
 
 def read_episode(folder: Path) -> Episode:
@@ -215,7 +193,7 @@ def read_episode(folder: Path) -> Episode:
 
 
 def _read_run(folder: Path) -> Episode:
-    rows = read_table(folder, ("file", "is_reference", "frame_class"))
+    rows = read_rows(folder, ("file", "is_reference", "frame_class"))
     for name in {row["frame_class"] for row in rows} - {None, "", *FrameClass}:
         raise ConfigError(f"'{folder / TABLE}': {unknown_choice('frame_class', name, FrameClass)}")
     scored = [row for row in rows if not row["is_reference"]]

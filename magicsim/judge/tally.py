@@ -5,6 +5,7 @@ sensor's fixed pattern, and neighbours in time look nearly alike. Counting frame
 interval several times too narrow, so resampling and permutation move whole episodes.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -14,6 +15,7 @@ import numpy as np
 from magicsim.arrays import Array, Mask
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.frame_class import FrameClass, classify_frame
+from magicsim.judge.plausible import FELT_N
 from magicsim.judge.score import PROXIMITY_TRUTH
 
 Role = Literal["training", "held_out"]
@@ -48,18 +50,26 @@ class EpisodeLabels:
     gap_mm: Array
     """NaN without an object, negative when pressed."""
     force_n: Array
+    """Size of the force; NaN where nobody knows."""
     flashlight: Mask
     classes: tuple[FrameClass | None, ...]
     """By the rules of `magicsim.frame_class`; None where a frame is not scored."""
 
     @classmethod
     def of(cls, gap_mm: Array, force_n: Array, flashlight: Mask) -> "EpisodeLabels":
-        """EpisodeLabels with their classes."""
+        """EpisodeLabels with their classes; a force that nobody knows (NaN) is neither a contact nor none."""
         classes = tuple(
-            classify_frame(gap_mm=None if np.isnan(gap) else float(gap), force_n=float(force), light_on=bool(light))
+            _frame_class(float(gap), float(force), light_on=bool(light))
             for gap, force, light in zip(gap_mm, force_n, flashlight, strict=True)
         )
         return cls(gap_mm=gap_mm, force_n=force_n, flashlight=flashlight, classes=classes)
+
+
+def _frame_class(gap_mm: float, force_n: float, *, light_on: bool) -> FrameClass | None:
+    """Class of a frame; None also where a gap that is not known cannot mean that there is no object."""
+    if math.isnan(gap_mm):
+        return classify_frame(gap_mm=None, light_on=light_on) if force_n <= FELT_N else None
+    return classify_frame(gap_mm=gap_mm, force_n=0.0 if math.isnan(force_n) else force_n, light_on=light_on)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,7 +7,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from magicsim.detectors.source import read_image
+from magicsim.detectors.picture import read_image
 from magicsim.evaluation.footage import ExposedTake
 from magicsim.evaluation.take import film_take
 from magicsim.robot.live import LiveSensor

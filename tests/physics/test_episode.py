@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from magicsim.detectors.source import read_image
+from magicsim.detectors.picture import read_image
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.simulation.episode import Episode
 from magicsim.simulation.plan import plan_scene

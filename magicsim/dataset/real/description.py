@@ -114,8 +114,8 @@ class RecordingSource(Config):
     """The 30 frames of least force instead, all of them below so much [N]."""
     gain: Annotated[float, Field(gt=0, le=20)] = 1.0
     """Factor on the grey levels of the frames that are not references."""
-    offset_s: Annotated[float, Field(ge=-1e6, le=1e6)] = 0.0
-    """What is added to the times of a video to get those of its labels [s]."""
+    offset_s: Annotated[float, Field(ge=-1e10, le=1e10)] = 0.0
+    """What is added to the times of a video, as its container has them, to get those of its labels [s]."""
     path_kind: Annotated[str, Field(max_length=200)] = "recorded"
     """What happens in it."""
     object_kind: Annotated[str, Field(max_length=200)] = ""

@@ -1,37 +1,41 @@
 """A look at recorded frames, and advice on what their description should say: size, orientation, colours, exposure."""
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 
-import cv2
 import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.dataset.frames import open_frames
 from magicsim.dataset.manifest import MANIFEST
 from magicsim.dataset.real.description import FrameForm, RealSource
-from magicsim.dataset.real.form import TURNS, Turn, after, turned
-from magicsim.dataset.real.labels import truth_of
+from magicsim.dataset.real.labels import CONTACT_LABELS, Row, is_empty, size_of_force
 from magicsim.dataset.real.sequence import RealFrame, RecordedSequence, check_size, sequences_of
+from magicsim.detectors.combined import detect_all
 from magicsim.detectors.frame import Frame
-from magicsim.errors import ConfigError
+from magicsim.detectors.fusion import fuse
+from magicsim.detectors.offline import untouched_unlike
+from magicsim.detectors.order import listed_images
+from magicsim.detectors.orientation import TURNS, Change, after, better_changes, turned, turned_against
+from magicsim.detectors.profile import load_profile
+from magicsim.errors import ConfigError, FrameError
 from magicsim.frame_class import FrameClass
+from magicsim.judge.plausible import odd_labels
 from magicsim.judge.recorded import read_episode
+from magicsim.waiting import waiting
 
-SAMPLED = 12
-"""Frames of a recording that are looked at, spread over it."""
 MOST_RATIO = 1.1
 """Brightness of frames over that of their references, or of one channel over the others', that is told."""
+MOST_DRIFT = 0.05
+"""Change of brightness from the first references to the last that is told."""
 LIKE_RATIO = 1.25
 """Mean brightness against that of another sensor that is told."""
 MOST_SATURATED, LEAST_MEAN = 0.2, 10.0
 """Share of saturated pixels, and mean grey level, that are told."""
-COMPARED_PX = 48
-"""Longer side of the pictures that are compared in orientation [px]."""
-LEAST_LIKENESS, LEAST_GAIN = 0.3, 0.1
-"""Correlation that another orientation must have, and by how much it must be better."""
+CLOCKS = {1e3: "ms", 1e6: "microseconds", 1e9: "ns"}
+"""Units in which tables of other programs have times, by how many make a second."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,13 +47,19 @@ class RealRecording:
     episodes: int
     references: int
     samples: int
-    """Frames that are not references; of a video, as far as it was looked at."""
+    """Frames that are not references."""
     columns: int
     rows: int
     labels: list[str]
     """What the CSV file tells."""
     classes: dict[str, int]
-    """Frames of each class; `unscored` those without one."""
+    """Frames of each class that are not references; `unscored` those without one."""
+    unlabelled: int
+    """Frames that are not references and of which the labels say nothing."""
+    frames_s: tuple[float, float] | None
+    """Times of the first and the last frame of a film on the clock of its labels; None elsewhere [s]."""
+    labels_s: tuple[float, float] | None
+    """Times of the first and the last row of labels; None where they have none [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,35 +78,41 @@ def inspect_real(real: RealSource) -> Inspection:
         ConfigError: Frames or labels are not where the description says, or not what it says.
         FrameError: An image cannot be read, or frames differ in size.
     """
+    return inspect_sequences(real, sequences_of(real))
+
+
+def inspect_sequences(real: RealSource, sequences: Sequence[RecordedSequence]) -> Inspection:
+    """The inspection of recordings that are read on afterwards; raises what `inspect_real` does."""
     advice: list[str] = []
     recordings = []
     size: tuple[int, int] | None = None
     likeness = _Likeness.of(real.path(real.description.like)) if real.description.like is not None else None
-    for sequence in sequences_of(real):
-        untouched = [each.image for each in sequence.references()]
-        sampled = list(_sampled(sequence))
-        for frame in (*untouched, *(each.image for each in sampled)):
+    for sequence in sequences:
+        with waiting(f"looking at '{sequence.source.frames}'"):
+            untouched, survey = [each.image for each in sequence.references()], sequence.survey
+        for frame in (*untouched, *(each.image for each in survey.samples)):
             size = size or (frame.shape[0], frame.shape[1])
             check_size(frame, size, sequence.source.frames)
-        assert size is not None  # a recording without a frame is an error
-        recordings.append(_recording(sequence, len(untouched), size))
-        advice += _of_labels(sequence)
-        advice += _of_exposure(sequence, untouched, sampled)
+        if size is None:
+            raise ConfigError(f"{sequence.field}: every frame is a reference; must have others")
+        recording = _recording(sequence, len(untouched), size)
+        recordings.append(recording)
+        told = [*_of_labels(sequence), *_of_clock(sequence, recording), *_of_numbers(sequence)]
+        told += [*_of_references(untouched), *_of_exposure(sequence.source.gain, untouched, survey.samples)]
+        advice += [*sequence.remarks, *(f"{sequence.field}{line}" for line in told)]
         if likeness is not None and untouched:
             advice += likeness.advice(np.mean(untouched, 0), real.description.frames)
     return Inspection(recordings=recordings, told=list(dict.fromkeys(advice)))
 
 
+def _scored_rows(sequence: RecordedSequence) -> list[Row]:
+    return [row for number, row in enumerate(sequence.survey.rows) if number not in sequence.reference_numbers]
+
+
 def _recording(sequence: RecordedSequence, references: int, size: tuple[int, int]) -> RealRecording:
-    rules, labels = sequence.description.truth, sequence.labels
-    known = labels.known if labels is not None else frozenset()
-    rows = labels.rows if labels is not None else ()
-    if not sequence.is_video:
-        rows = tuple(
-            row for number, (_, row) in enumerate(sequence.entries) if number not in sequence.reference_numbers
-        )
-    classes = [truth_of(row, rules, known).frame_class for row in rows]
-    counts = {str(each): classes.count(each) for each in FrameClass} | {"unscored": classes.count(None)}
+    labels, rows = sequence.labels, _scored_rows(sequence)
+    classes = [sequence.truth(row).frame_class for row in rows]
+    times = [row["time_s"] + sequence.start_s for row in sequence.survey.rows] if sequence.is_film else []
     return RealRecording(
         frames=sequence.source.frames,
         episodes=len(sequence.episodes),
@@ -104,19 +120,18 @@ def _recording(sequence: RecordedSequence, references: int, size: tuple[int, int
         samples=len(rows),
         columns=size[1],
         rows=size[0],
-        labels=sorted(known - {"image"}),
-        classes=counts,
+        labels=sorted(labels.known - {"image"}) if labels is not None else [],
+        classes={str(each): classes.count(each) for each in FrameClass} | {"unscored": classes.count(None)},
+        unlabelled=sum(map(is_empty, rows)),
+        frames_s=_span(times),
+        labels_s=_span(labels.times_s) if labels is not None else None,
     )
 
 
-def _sampled(sequence: RecordedSequence) -> Iterator[RealFrame]:
-    """Frames spread over a folder; the first ones of a video, which would have to be decoded as a whole."""
-    if sequence.is_video:
-        yield from islice(sequence.scored(sequence.episodes[0]), SAMPLED)
-        return
-    every = max(1, len(sequence.entries) // SAMPLED)
-    for episode in sequence.episodes[:SAMPLED]:
-        yield from islice(sequence.scored(episode, every=every), SAMPLED)
+def _span(times_s: Iterable[float]) -> tuple[float, float] | None:
+    """First and last of the times that are known."""
+    known = [each for each in times_s if not math.isnan(each)]
+    return (round(min(known), 3), round(max(known), 3)) if known else None
 
 
 def _of_labels(sequence: RecordedSequence) -> Iterator[str]:
@@ -126,49 +141,151 @@ def _of_labels(sequence: RecordedSequence) -> Iterator[str]:
         not sequence.reference_numbers
     ):
         yield (
-            f"{sequence.field} has no frames of the untouched sensor, which detectors learn from: set untouched, "
-            "untouched_first or untouched_below_n"
+            " has no frames of the untouched sensor, which detectors learn from: set untouched, untouched_first or "
+            "untouched_below_n"
         )
     if labels is None:
-        yield f"{sequence.field}.labels is missing: frames will have no force, place, depth or class"
+        yield ".labels is missing: frames will have no force, place, depth or class"
         return
     presses = np.array([row["force_n"][2] for row in labels.rows])
     presses = presses[np.abs(presses) > sequence.description.truth.contact_n]
     if len(presses) and np.median(presses) < 0:
         yield (
-            f"{sequence.field}: forces along z are mostly negative, and a press is +z here: set scale.force_n with a "
-            "negative last factor, as in [1, 1, -1]"
+            ": forces along z are mostly negative, and a press is +z here: set scale.force_n with a negative last "
+            "factor, as in [1, 1, -1]"
         )
     depths = np.array([row["depth_mm"] for row in labels.rows])
     if len(depths) and np.nanmax(depths, initial=-np.inf) <= 0 and np.isfinite(depths).any() and (depths < 0).any():
-        yield f"{sequence.field}: depths are negative, and a press is positive here: set scale.depth_mm = -1"
+        yield ": depths are negative, and a press is positive here: set scale.depth_mm = -1"
 
 
-def _of_exposure(sequence: RecordedSequence, untouched: list[Frame], sampled: list[RealFrame]) -> Iterator[str]:
-    """Where frames are lit or exposed otherwise than their references, or cannot be read well."""
-    looked_at = untouched or [each.image for each in sampled]
+def _of_clock(sequence: RecordedSequence, recording: RealRecording) -> Iterator[str]:
+    """Frames without labels, and on which clocks both are.
+
+    Raises:
+        ConfigError: Frames and rows of a film have no time in common.
+    """
+    if sequence.labels is None:
+        return
+    if not sequence.is_film:
+        unnamed = len(listed_images(sequence.frames_path)) - len(sequence.entries)
+        if unnamed > 0:
+            yield f": {unnamed} images of '{recording.frames}' have no row in the labels and are left out"
+        if recording.unlabelled:
+            yield f": {recording.unlabelled} of {recording.samples} frames have rows without any label"
+        return
+    assert recording.frames_s is not None  # a film has a frame
+    assert recording.labels_s is not None  # and its rows have times
+    (first, last), (begin, end) = recording.frames_s, recording.labels_s
+    both = f"frames are from {first:.15g} to {last:.15g} s, rows of labels from {begin:.15g} to {end:.15g} s"
+    unit = next((each for each in CLOCKS if last > first and 0.5 < (end - begin) / (last - first) / each < 2), None)  # noqa: PLR2004
+    hint = f"; are rows in {CLOCKS[unit]}? set scale.time_s = {1 / unit:g}" if unit is not None else ""
+    if first > end or last < begin:
+        hint = hint or f"; offset_s = {sequence.source.offset_s + begin - first:.15g} makes them begin together"
+        raise ConfigError(f"{sequence.field}: no frame has labels: {both}{hint}")
+    if recording.unlabelled:
+        yield f": {recording.unlabelled} of {recording.samples} frames have no labels: {both}{hint}"
+    start_s = sequence.start_s - sequence.source.offset_s
+    if start_s:
+        yield (
+            f": the clock of the video is at {start_s:.6g} s in its first frame: {both}; set offset_s = {-start_s:.6g} "
+            "where labels count from the first frame"
+        )
+
+
+def _of_numbers(sequence: RecordedSequence) -> Iterator[str]:
+    """Numbers of labels that no such sensor has, and what the dataset lacks where some are unknown."""
+    labels, felt_n = sequence.labels, sequence.description.truth.contact_n
+    if labels is None:
+        return
+    truths = [sequence.truth(row) for row in sequence.survey.rows]
+    for line in odd_labels(
+        force_n=np.array([size_of_force(row, felt_n) for row in sequence.survey.rows]),
+        gap_mm=np.array([each.gap_mm for each in truths]),
+        felt_n=felt_n,
+        gap="gap_mm" if "gap_mm" in labels.known else "depth_mm",
+    ):
+        yield f": {line} (scale)"
+    unknown = sum(sequence.truth(row).contact is None for row in _scored_rows(sequence))
+    if unknown and labels.known & CONTACT_LABELS:
+        yield (
+            f": of {unknown} frames no label tells whether something touches: they have no class, and the dataset no "
+            "column contact"
+        )
+
+
+def _of_references(untouched: Sequence[Frame]) -> Iterator[str]:
+    """References that are not alike, or not of an untouched sensor, as `detect` asks it with the published profile."""
+    means = np.array([each.mean((0, 1)) for each in untouched]) + 1
+    if not len(means):
+        return
+    usual = np.median(means, 0)
+    black = [number for number, each in enumerate(means) if each.mean() < min(LEAST_MEAN, usual.mean() / 2)]
+    if black:
+        yield f": reference frames {_numbers(black)} are black: leave out what a camera gives before it is ready"
+    lit = [number for number in range(len(means)) if number not in black]
+    tints = means[lit] / usual / np.median(means[lit] / usual, 1, keepdims=True)
+    coloured = [number for number, each in zip(lit, tints, strict=True) if each.max() / each.min() > MOST_RATIO]
+    if coloured:
+        yield f": reference frames {_numbers(coloured)} have other colours than the rest: lock the white balance"
+    steady = means[[number for number in lit if number not in coloured]].mean(1)
+    few = max(1, len(steady) // 4)
+    begin, end = float(np.median(steady[:few])), float(np.median(steady[-few:]))
+    if abs(end / begin - 1) > MOST_DRIFT:
+        yield (
+            f": references drift: their mean grey level goes from {begin - 1:.1f} to {end - 1:.1f}; lock the exposure, "
+            "and leave out the first frames"
+        )
+    profile = load_profile("published")
+    try:
+        references = fuse(untouched, profile)
+    except FrameError:  # too few, or a sensor whose grid this profile does not see
+        return
+    said = detect_all(untouched, references, profile)
+    if odd := untouched_unlike([(each.proximity, each.combined) for each in said]):
+        yield f": {odd}"
+
+
+def _numbers(numbers: Sequence[int]) -> str:
+    """Numbers as a text, the first three and how many there are."""
+    shown = ", ".join(map(str, numbers[:3]))
+    return shown if len(numbers) <= 3 else f"{shown} and {len(numbers) - 3} more"  # noqa: PLR2004
+
+
+def _of_exposure(gain: float, untouched: Sequence[Frame], sampled: Sequence[RealFrame]) -> Iterator[str]:
+    """Where frames are lit, exposed or turned otherwise than their references, or cannot be read well.
+
+    A gain is advised last, and only where references are steady and nothing else differs.
+    """
+    looked_at = [*untouched] or [each.image for each in sampled]
     if not looked_at:
         return
     mean = np.mean([each.mean() for each in looked_at])
     saturated = np.mean([(each == 255).mean() for each in looked_at])  # noqa: PLR2004 - white
     if saturated > MOST_SATURATED:
-        yield f"{sequence.field}: {100 * saturated:.0f} % of the pixels are white: expose less"
-    if mean < LEAST_MEAN:
-        yield f"{sequence.field}: the mean grey level is {mean:.1f} of 255: expose more, or set gain"
+        yield f": {100 * saturated:.0f} % of the pixels are white: expose less"
+    is_black = bool(mean < LEAST_MEAN)
+    if is_black and untouched and np.mean([each.image.mean() for each in sampled] or [0.0]) >= LEAST_MEAN:
+        yield f": references are black, with a mean grey level of {mean:.1f} of 255, and frames are not: take others"
+        return
+    if is_black:
+        yield f": the mean grey level is {mean:.1f} of 255: expose more, or set gain"
     if not untouched or not sampled:
         return
     before = np.mean(untouched, 0, dtype=np.float64) + 1
+    if turned_line := turned_against(np.asarray(before), [each.image for each in sampled]):
+        yield f": {turned_line}"
+        return
     ratios = np.median([np.median((each.image + 1.0) / before, axis=(0, 1)) for each in sampled], axis=0)
-    overall = float(np.median(ratios))
-    if not 1 / MOST_RATIO <= overall <= MOST_RATIO:
-        yield (
-            f"{sequence.field}: frames are {overall:.2f} times as bright as the untouched ones: record both with "
-            f"locked exposure, or set gain = {sequence.source.gain / overall:.3g} there"
-        )
-    apart = float(ratios.max() / ratios.min())
+    overall, apart = float(np.median(ratios)), float(ratios.max() / ratios.min())
     if apart > MOST_RATIO:
         named = ", ".join(f"{channel} {ratio:.2f}" for channel, ratio in zip("RGB", ratios, strict=True))
-        yield f"{sequence.field}: colours differ from the untouched frames' ({named}): lock the white balance"
+        yield f": colours differ from the untouched frames' ({named}): lock the white balance"
+    if not 1 / MOST_RATIO <= overall <= MOST_RATIO:
+        steady = not [*_of_references(untouched)] and apart <= MOST_RATIO
+        or_gain = f", or set gain = {gain / overall:.3g} there" if steady else ""
+        told = f": frames are {overall:.2f} times as bright as the untouched ones: record both with locked exposure"
+        yield told + or_gain
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -202,7 +319,8 @@ class _Likeness:
     def advice(self, mean: Array, form: FrameForm) -> Iterator[str]:
         """What differs in an untouched mean frame of shape (rows, columns, 3)."""
         rows, columns = self.mean.shape[:2]
-        best, order = self._orientation(mean)
+        fitting = better_changes([mean], self.mean) or [(TURNS[0], False)]
+        best, exchanged = fitting[0]
         if mean.shape[:2] != (rows, columns):
             now = f"{mean.shape[1]} x {mean.shape[0]}"
             shape = turned(mean, best).shape
@@ -212,16 +330,16 @@ class _Likeness:
                 f"frames have {now} pixels, those of '{self.name}' {columns} x {rows}: set frames.size_px = "
                 f"[{columns}, {rows}]{extra}"
             )
-        current: Turn = (form.rotate_deg, form.mirror)
-        wanted = after(current, best)
-        if wanted != current:
+        if len(fitting) > 1:
+            ways = ", ".join(_settings(form, each) for each in fitting)
             yield (
-                f"frames look turned against those of '{self.name}': set frames.rotate_deg = {wanted[0]} and "
-                f"frames.mirror = {str(wanted[1]).lower()}"
+                f"frames look turned against those of '{self.name}', and several settings fit alike: {ways}; which is "
+                "right cannot be seen"
             )
-        if order:
-            other = "rgb" if form.color_order == "bgr" else "bgr"
-            yield f"red and blue look exchanged against '{self.name}': set frames.color_order = \"{other}\""
+        elif best != TURNS[0]:
+            yield f"frames look turned against those of '{self.name}': set {_settings(form, (best, False))}"
+        if len(fitting) == 1 and exchanged:
+            yield (f"red and blue look exchanged against '{self.name}': set frames.color_order = \"{_other(form)}\"")
         ratio = float(mean.mean() / max(self.mean.mean(), 1e-9))
         if not 1 / LIKE_RATIO <= ratio <= LIKE_RATIO:
             yield (
@@ -229,30 +347,19 @@ class _Likeness:
                 f"{self.mean.mean():.0f}: set rig.camera.exposure_grey = {mean.mean():.0f} there"
             )
 
-    def _orientation(self, mean: Array) -> tuple[Turn, bool]:
-        """The turn, and whether an exchange of red and blue, with which a frame is most like this sensor's."""
-        scored = {
-            (turn, order): _correlation(turned(mean[..., ::-1] if order else mean, turn), self.mean)
-            for turn in TURNS
-            for order in (False, True)
-        }
-        same = scored[TURNS[0], False]
-        best = max(scored, key=lambda each: scored[each])
-        if scored[best] < LEAST_LIKENESS or scored[best] < same + LEAST_GAIN:
-            return TURNS[0], False
-        near = [each for each in scored if scored[each] > scored[best] - LEAST_GAIN]
-        return min(near, key=lambda each: (each[1], TURNS.index(each[0])))
+
+def _settings(form: FrameForm, change: Change) -> str:
+    """What a form has to say for frames to be changed so."""
+    turn, exchanged = change
+    current = (form.rotate_deg, form.mirror)
+    wanted = after(current, turn)
+    said = (
+        [f"frames.rotate_deg = {wanted[0]} and frames.mirror = {str(wanted[1]).lower()}"] if wanted != current else []
+    )
+    said += [f'frames.color_order = "{_other(form)}"'] if exchanged else []
+    return " and ".join(said)
 
 
-def _correlation(image: Array, other: Array) -> float:
-    """Pearson's coefficient of two colour images, reduced to the size of a thumbnail, all channels together."""
-    rows, columns = other.shape[:2]
-    scale = COMPARED_PX / max(rows, columns)
-    size = (max(4, round(columns * scale)), max(4, round(rows * scale)))
-    small = [
-        cv2.resize(np.ascontiguousarray(each, np.float32), size, interpolation=cv2.INTER_AREA)
-        for each in (image, other)
-    ]
-    one, two = (each.ravel() - each.mean() for each in small)
-    norm = float(np.linalg.norm(one) * np.linalg.norm(two))
-    return float(one @ two) / norm if norm else 0.0
+def _other(form: FrameForm) -> str:
+    """The order of colours that a form has not."""
+    return "rgb" if form.color_order == "bgr" else "bgr"

@@ -1,27 +1,33 @@
 """Labels of recorded frames from a CSV file, and what they say as simulated frames have it: gap, contact, class."""
 
-import csv
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from magicsim.arrays import Array
+from magicsim.config.tables import Line, read_table
 from magicsim.dataset.real.description import Description, LabelColumns, Scales, TruthRules
-from magicsim.errors import NAME_LENGTH, ConfigError, shortened, unknown_choice
+from magicsim.errors import ConfigError, unknown_choice
 from magicsim.frame_class import FrameClass, classify_frame
+from magicsim.judge.plausible import force_size
 
 NUMBERS = ("time_s", "gap_mm", "depth_mm", "twist_deg", "contact_area_mm2")
 VECTORS = ("place_mm", "force_n", "torque_nmm")
 FLAGS = ("is_reference", "contact", "flashlight")
 TEXTS = ("episode", "frame_class", "object_kind")
-MOST_BYTES = 500_000_000
+CONTACT_LABELS = frozenset({"contact", "force_n", "depth_mm", "gap_mm"})
+"""Labels that tell of a contact."""
 Row = dict[str, Any]
-"""Labels by the names of `LabelColumns`: a number or NaN, a list of three, a flag or None, a text or an empty one."""
+"""Labels by the names of `LabelColumns`: a number or NaN, a list of three, a flag or None, a text or an empty one. And
+`line`, the number of its line, `force_parts`, how many columns its force has, and whether there are labels at all."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class LabelTable:
     """All rows of one CSV file."""
 
@@ -29,6 +35,11 @@ class LabelTable:
     rows: tuple[Row, ...]
     known: frozenset[str]
     """Names of `LabelColumns` that the file has."""
+
+    @cached_property
+    def times_s(self) -> Array:
+        """Times of the rows [s], shape (rows,)."""
+        return np.array([row["time_s"] for row in self.rows], np.float64)
 
 
 def read_labels(path: Path, description: Description, *, needs_images: bool) -> LabelTable:
@@ -40,31 +51,19 @@ def read_labels(path: Path, description: Description, *, needs_images: bool) -> 
         needs_images: Whether every row has to name an image.
 
     Raises:
-        ConfigError: No such file, a column that it lacks, or a cell that is not what its column holds.
+        ConfigError: No such file, a column that it lacks or has twice, more or fewer cells than headings, or a cell
+            that is not what its column holds.
     """
-    columns, scale = description.columns, description.scale
-    try:
-        size = path.stat().st_size
-        if size > MOST_BYTES:
-            msg = f"labels '{path}' has {size / 1e6:.0f} MB: at most {MOST_BYTES / 1e6:.0f} MB are allowed"
-            raise ConfigError(msg)
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.DictReader(file, skipinitialspace=True)
-            heading = [name.strip() for name in reader.fieldnames or ()]
-            reader.fieldnames = heading
-            wanted = _wanted(columns, needs_images=needs_images)
-            for field, name in wanted:
-                if name not in heading:
-                    raise ConfigError(f"{path}: {unknown_choice(f'column of columns.{field}', name, heading)}")
-            rows = tuple(_row(path, number, cells, columns, scale) for number, cells in enumerate(reader, 2))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        msg = (
-            f"labels '{path}' cannot be read: {getattr(error, 'strerror', None) or error}; must be a CSV file in UTF-8"
-        )
-        raise ConfigError(msg) from None
+    table = read_table(path)
+    wanted = _wanted(description.columns, needs_images=needs_images)
+    for field, name in wanted:
+        if name not in table.heading:
+            table.check_delimiter()
+            raise ConfigError(f"{path}: {unknown_choice(f'column of columns.{field}', name, table.heading)}")
+    names = [name for _, name in wanted]
+    rows = tuple(_row(line, description.columns, description.scale, names) for line in table.lines(names))
     if not rows:
-        msg = f"labels '{path}' has a heading and no rows; must have one for each frame"
-        raise ConfigError(msg)
+        raise ConfigError(f"labels '{path}' has a heading and no rows; must have one for each frame")
     return LabelTable(path=path, rows=rows, known=frozenset(field for field, _ in wanted))
 
 
@@ -76,12 +75,11 @@ def at_time(labels: LabelTable, time_s: float, *, most_gap_s: float) -> Row:
         time_s: Of the frame, on the labels' clock [s].
         most_gap_s: Rows farther away say nothing [s].
     """
-    times = np.array([row["time_s"] for row in labels.rows])
-    after = int(np.searchsorted(times, time_s))
-    around = [labels.rows[place] for place in (after - 1, after) if 0 <= place < len(times)]
+    after = int(np.searchsorted(labels.times_s, time_s))
+    around = [labels.rows[place] for place in (after - 1, after) if 0 <= place < len(labels.rows)]
     close = [row for row in around if abs(row["time_s"] - time_s) <= most_gap_s]
     if not close:
-        return nothing()
+        return nothing() | {"is_there": False}
     nearest = min(close, key=lambda row: abs(row["time_s"] - time_s))
     if len(close) == 1:
         return nearest | {"time_s": time_s}
@@ -103,11 +101,11 @@ def check_times(labels: LabelTable) -> None:
     if "time_s" not in labels.known:
         msg = f"columns.time_s is missing: labels '{labels.path}' of a video need the times that they belong to"
         raise ConfigError(msg)
-    times = np.array([row["time_s"] for row in labels.rows])
+    times = labels.times_s
     wrong = np.flatnonzero(~np.isfinite(times) | np.concatenate([[False], np.diff(times) < 0]))
     if len(wrong):
-        msg = f"{labels.path}, line {wrong[0] + 2}: time_s is missing or falls; must rise from row to row"
-        raise ConfigError(msg)
+        line = labels.rows[int(wrong[0])]["line"]
+        raise ConfigError(f"{labels.path}, line {line}: time_s is missing or falls; must rise from row to row")
 
 
 def nothing() -> Row:
@@ -117,7 +115,7 @@ def nothing() -> Row:
         | {name: [math.nan] * 3 for name in VECTORS}
         | dict.fromkeys(FLAGS)
         | dict.fromkeys(TEXTS, "")
-        | {"image": ""}
+        | {"image": "", "line": 0, "force_parts": len("xyz"), "is_there": True}
     )
 
 
@@ -132,62 +130,45 @@ def _wanted(columns: LabelColumns, *, needs_images: bool) -> list[tuple[str, str
     return wanted
 
 
-def _row(path: Path, number: int, cells: dict[str, str | None], columns: LabelColumns, scale: Scales) -> Row:
-    where, row = f"{path}, line {number}", nothing()
-
-    def text(name: str) -> str:
-        return (cells.get(name) or "").strip()
-
-    row["image"] = text(columns.image)
+def _row(line: Line, columns: LabelColumns, scale: Scales, names: Collection[str]) -> Row:
+    row = nothing() | {"line": line.number_in_file}
+    row["image"] = line.text(columns.image) if columns.image in names else ""
     for field in TEXTS:
         if (name := getattr(columns, field)) is not None:
-            row[field] = text(name)
+            row[field] = line.text(name)
     for field in FLAGS:
         if (name := getattr(columns, field)) is not None:
-            row[field] = _flag(where, name, text(name))
+            row[field] = line.flag(name)
     for field in NUMBERS:
         if (name := getattr(columns, field)) is not None:
-            row[field] = getattr(scale, field) * _number(where, name, text(name))
+            row[field] = getattr(scale, field) * line.number(name)
     for field in VECTORS:
         if (named := getattr(columns, field)) is not None:
-            row[field] = _vector(where, named, text, getattr(scale, field))
+            row[field] = _vector(line, named, getattr(scale, field))
+    if isinstance(columns.force_n, str):
+        row["force_parts"] = 1
     return row
 
 
-def _vector(where: str, named: str | tuple[str, ...], text: Any, factor: Any) -> list[float]:  # noqa: ANN401 - of pydantic
+def _vector(line: Line, named: str | tuple[str, ...], factor: Any) -> list[float]:  # noqa: ANN401 - of pydantic
     """Three numbers: of one column that along z, of two those along x and y."""
     factors = factor if isinstance(factor, tuple) else (factor,) * 3
     if isinstance(named, str):
-        return [math.nan, math.nan, factors[2] * _number(where, named, text(named))]
-    values = [_number(where, name, text(name)) for name in named]
+        return [math.nan, math.nan, factors[2] * line.number(named)]
+    values = [line.number(name) for name in named]
     return [one * each for one, each in zip(factors, [*values, *[math.nan] * (3 - len(values))], strict=True)]
 
 
-def _flag(where: str, name: str, text: str) -> bool | None:
-    known = {"1": True, "true": True, "0": False, "false": False, "": None}
-    if text.lower() not in known:
-        msg = f"{where}: {name} = '{shortened(text, NAME_LENGTH)}' is not allowed: must be 0, 1, true, false or empty"
-        raise ConfigError(msg)
-    return known[text.lower()]
+def is_empty(row: Row) -> bool:
+    """Whether labels say nothing at all."""
+    numbers = [row[name] for name in NUMBERS if name != "time_s"] + [each for name in VECTORS for each in row[name]]
+    rest = [*(row[name] for name in FLAGS), *(row[name] or None for name in TEXTS)]
+    return all(map(math.isnan, numbers)) and all(each is None for each in rest)
 
 
-def _number(where: str, name: str, text: str) -> float:
-    if not text or text.lower() == "nan":
-        return math.nan
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.inf
-    if not math.isfinite(value):
-        msg = f"{where}: {name} = '{shortened(text, NAME_LENGTH)}' is not allowed: must be a finite number or empty"
-        raise ConfigError(msg)
-    return value
-
-
-def force_size(force_n: list[float]) -> float:
-    """Size of a force, of which only the component along z may be known [N]; NaN where nothing is."""
-    known = np.array(force_n, float)
-    return float(np.linalg.norm(known[~np.isnan(known)])) if not np.isnan(known).all() else math.nan
+def size_of_force(row: Row, felt_n: float) -> float:
+    """Size of the force of a row [N], NaN where it is not known (`magicsim.judge.plausible.force_size`)."""
+    return force_size(row["force_n"][-row["force_parts"] :], felt_n=felt_n)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -207,7 +188,8 @@ def truth_of(row: Row, rules: TruthRules, known: frozenset[str], *, name: str = 
     """The state that labels tell.
 
     A class that is given counts. Else a gap decides, as for simulated frames; else a depth; else contact, where a
-    touch of unknown depth counts as one; else an outside light.
+    touch of unknown depth counts as one; else an outside light. What is not known is never no contact: an empty gap
+    means no object only where force and contact, as far as there are such columns, do not leave a touch open.
 
     Args:
         row: Labels of the frame.
@@ -218,7 +200,7 @@ def truth_of(row: Row, rules: TruthRules, known: frozenset[str], *, name: str = 
     Raises:
         ConfigError: A word that is no class.
     """
-    gap_mm, depth_mm, force_n = row["gap_mm"], row["depth_mm"], force_size(row["force_n"])
+    gap_mm, depth_mm, force_n = row["gap_mm"], row["depth_mm"], size_of_force(row, rules.contact_n)
     if math.isnan(gap_mm) and depth_mm > 0:
         gap_mm = -depth_mm
     if math.isnan(depth_mm) and not math.isnan(gap_mm):
@@ -230,10 +212,12 @@ def truth_of(row: Row, rules: TruthRules, known: frozenset[str], *, name: str = 
         contact = gap_mm < 0
     if contact is None and not math.isnan(depth_mm):
         contact = depth_mm > 0
+    is_told = contact is False or (contact is None and not known & {"force_n", "contact"})
+    is_without_object = "gap_mm" in known and row["is_there"] and is_told
     frame_class: FrameClass | None
     if "frame_class" in known:
         frame_class = _given(row["frame_class"], rules, name)
-    elif not math.isnan(gap_mm) or "gap_mm" in known:
+    elif not math.isnan(gap_mm) or is_without_object:
         frame_class = classify_frame(
             gap_mm=None if math.isnan(gap_mm) else gap_mm,
             force_n=float(bool(contact)),

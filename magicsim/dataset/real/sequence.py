@@ -1,7 +1,9 @@
 """Frames of one recording in order, each with its time and its labels."""
 
+import dataclasses
 import math
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import islice
@@ -11,13 +13,29 @@ import numpy as np
 
 from magicsim.config.presets import is_file, is_folder
 from magicsim.dataset.real.description import Description, RealSource, RecordingSource
-from magicsim.dataset.real.form import brightened, formed, timed_frames
-from magicsim.dataset.real.labels import LabelTable, Row, at_time, check_times, force_size, nothing, read_labels
+from magicsim.dataset.real.form import brightened, clock_start_s, formed
+from magicsim.dataset.real.labels import (
+    LabelTable,
+    RealTruth,
+    Row,
+    at_time,
+    check_times,
+    nothing,
+    read_labels,
+    size_of_force,
+    truth_of,
+)
+from magicsim.dataset.real.order import Entry, in_order
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.source import IMAGE_SUFFIXES, read_image, read_source
+from magicsim.detectors.order import image_files, image_path
+from magicsim.detectors.picture import IMAGE_SUFFIXES, read_image
+from magicsim.detectors.source import Shot, open_source, read_source
 from magicsim.detectors.video import VIDEO_SUFFIXES
 from magicsim.errors import ConfigError, FrameError
+from magicsim.frame_class import NEAR_MIN_MM, FrameClass
 
+SAMPLED = 12
+"""Frames of a recording that are looked at, at least where there are so many, and less than twice of it."""
 MOST_REFERENCES = 30
 """Frames of the untouched sensor that detectors take by default."""
 
@@ -34,6 +52,16 @@ class RealFrame:
     is_reference: bool
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Survey:
+    """What a recording holds."""
+
+    rows: tuple[Row, ...]
+    """Labels of all its own frames in order, references among them."""
+    samples: tuple[RealFrame, ...]
+    """Frames that are no references, spread over it."""
+
+
 @dataclass(frozen=True)
 class RecordedSequence:
     """One recording: what it holds is read when it is asked for."""
@@ -41,6 +69,8 @@ class RecordedSequence:
     real: RealSource
     number: int
     """Place in the description."""
+    remarks: dict[str, None] = dataclasses.field(default_factory=dict, compare=False)
+    """What was said of its files so far, in order."""
 
     @property
     def description(self) -> Description:
@@ -62,62 +92,110 @@ class RecordedSequence:
         """What messages call it."""
         return f"recordings[{self.number}]"
 
+    def remark(self, line: str) -> None:
+        """Takes what a reader says of its files, once each."""
+        self.remarks.setdefault(f"{self.field}: {line}")
+
     @cached_property
-    def is_video(self) -> bool:
-        """Whether it is one file.
+    def is_film(self) -> bool:
+        """Whether it is one file, a video or an image file of several pictures, whose labels are found by their time.
 
         Raises:
-            ConfigError: It is neither a folder nor a video.
+            ConfigError: It is neither a folder nor such a file.
         """
         path = self.frames_path
         if is_folder(path):
             return False
-        if is_file(path) and path.suffix.lower() in VIDEO_SUFFIXES:
+        if is_file(path) and path.suffix.lower() in (*VIDEO_SUFFIXES, *IMAGE_SUFFIXES):
             return True
-        msg = f"{self.field}.frames = '{path}' is not allowed: must be a folder of images or a video"
-        raise ConfigError(msg)
+        raise ConfigError(
+            f"{self.field}.frames = '{path}' is not allowed: must be a folder of images or a video, or an image file "
+            "of several pictures"
+        )
+
+    @cached_property
+    def is_video(self) -> bool:
+        """Whether it is a video, which has times of its own."""
+        return self.is_film and self.frames_path.suffix.lower() in VIDEO_SUFFIXES
+
+    @cached_property
+    def start_s(self) -> float:
+        """What is added to times from the first frame of a film to get those of its labels [s]."""
+        return (clock_start_s(self.frames_path) if self.is_video else 0.0) + self.source.offset_s
 
     @cached_property
     def labels(self) -> LabelTable | None:
         """Rows of its CSV file; None without one.
 
         Raises:
-            ConfigError: It cannot be read, or a video's rows have no times.
+            ConfigError: It cannot be read, or a film's rows or frames have no times.
         """
         if self.source.labels is None:
             return None
-        labels = read_labels(self.real.path(self.source.labels), self.description, needs_images=not self.is_video)
-        if self.is_video:
+        labels = read_labels(self.real.path(self.source.labels), self.description, needs_images=not self.is_film)
+        if self.is_film:
             check_times(labels)
+            if not self.is_video and self.description.frames_per_second is None:
+                raise ConfigError(
+                    f"frames_per_second is missing: it gives the pictures of '{self.frames_path}' times, by which they "
+                    "get labels"
+                )
         return labels
 
     @cached_property
-    def entries(self) -> tuple[tuple[Path, Row], ...]:
-        """Image files and labels of a folder, in order of the labels, or of their names where there are none.
+    def entries(self) -> tuple[Entry, ...]:
+        """Image files and labels of a folder with labels, in the order in which they were taken; none without labels.
 
         Raises:
-            ConfigError: A row names an image that is not there, or there is none at all.
+            ConfigError: A row names an image that is not there or that another one names, or their order is not clear.
         """
-        folder = self.frames_path
-        if self.labels is None:
-            names = sorted(each for each in folder.iterdir() if each.suffix.lower() in IMAGE_SUFFIXES)
-            entries = tuple((each, nothing()) for each in names)
-        else:
-            entries = tuple(
-                (_image_file(folder, row["image"], f"{self.labels.path}, line {line}"), row)
-                for line, row in enumerate(self.labels.rows, 2)
-            )
-        if not entries:
-            msg = f"{self.field}.frames: folder '{folder}' holds no image ({', '.join(IMAGE_SUFFIXES)})"
-            raise ConfigError(msg)
-        return entries
+        if self.labels is None or self.is_film:
+            return ()
+        lines: dict[Path, int] = {}
+        entries = []
+        for row in self.labels.rows:
+            where, name = f"{self.labels.path}, line {row['line']}", row["image"]
+            path = image_path(self.frames_path, name)
+            if path is None:
+                raise ConfigError(
+                    f"{where}: image '{name}' is not in folder '{self.frames_path}'; columns.image names the column of "
+                    "file names"
+                )
+            if path in lines:
+                raise ConfigError(f"{where}: image '{name}' stands in line {lines[path]} too; must have one row")
+            lines[path] = row["line"]
+            entries.append((path, row))
+        return in_order(entries, self.labels.path, self.remark)
 
     @property
     def files(self) -> tuple[Path, ...]:
         """Everything that it is read from, in order."""
-        frames = (self.frames_path,) if self.is_video else tuple(path for path, _ in self.entries)
+        frames: tuple[Path, ...] = (self.frames_path,)
+        if not self.is_film:
+            frames = tuple(path for path, _ in self.entries) or tuple(image_files(self.frames_path, self.remark))
         extra = self._untouched_files()
         return frames + extra + ((self.labels.path,) if self.labels is not None else ())
+
+    @cached_property
+    def survey(self) -> "Survey":
+        """The labels of all its own frames, and some frames.
+
+        Raises:
+            FrameError: A frame that is looked at cannot be read.
+        """
+        rows: list[Row] = []
+        samples: list[RealFrame] = []
+        every, scored = 1, 0
+        for number, (shot, row) in enumerate(self._shots()):
+            rows.append(row)
+            if number in self.reference_numbers:
+                continue
+            if scored % every == 0:
+                samples.append(self._frame(number, shot, row))
+            scored += 1
+            if len(samples) == 2 * SAMPLED:
+                samples, every = samples[::2], 2 * every
+        return Survey(rows=tuple(rows), samples=tuple(samples))
 
     @cached_property
     def reference_numbers(self) -> frozenset[int]:
@@ -131,7 +209,7 @@ class RecordedSequence:
             return frozenset(range(source.untouched_first))
         if source.untouched_below_n is not None:
             return self._least_forces(source.untouched_below_n)
-        if self.description.columns.is_reference is not None and not self.is_video and source.untouched is None:
+        if self.description.columns.is_reference is not None and not self.is_film and source.untouched is None:
             return frozenset(number for number, (_, row) in enumerate(self.entries) if row["is_reference"])
         return frozenset()
 
@@ -140,63 +218,95 @@ class RecordedSequence:
         """What its labels call its episodes, in order; one empty text where they tell none apart."""
         if self.labels is None or "episode" not in self.labels.known:
             return ("",)
-        rows = self.labels.rows if self.is_video else tuple(row for _, row in self.entries)
+        rows = self.labels.rows if self.is_film else tuple(row for _, row in self.entries)
         return tuple(dict.fromkeys(row["episode"] for row in rows))
 
     def references(self) -> Iterator[RealFrame]:
-        """Frames of the untouched sensor, at most 30; none where nobody says which those are."""
-        if self.source.untouched is None:
-            yield from islice(self._frames(lambda number, _: number in self.reference_numbers), MOST_REFERENCES)
-            return
-        for path in self._untouched_files()[:1]:
-            reading = read_source(path.parent if is_folder(self.real.path(self.source.untouched)) else path)
-            try:
-                for each in islice(reading, MOST_REFERENCES):
-                    image = formed(each.image, self.description.frames, name=each.name)
-                    yield RealFrame(name=each.name, image=image, labels=nothing(), is_reference=True)
-            finally:
-                reading.close()
+        """Frames of the untouched sensor, at most 30; none where nobody says which those are.
 
-    def scored(self, episode: str = "", *, every: int = 1) -> Iterator[RealFrame]:
-        """The other frames of an episode in order, or only each `every`th."""
+        Raises:
+            ConfigError: Labels say that something touches in one of them.
+        """
+        if self.source.untouched is None:
+            for each in islice(self._frames(lambda number, _: number in self.reference_numbers), MOST_REFERENCES):
+                self._check_reference(each)
+                yield each
+            return
+        if not self._untouched_files():
+            return
+        with closing(read_source(self.real.path(self.source.untouched), self.remark)) as reading:
+            for read in islice(reading, MOST_REFERENCES):
+                image = formed(read.image, self.description.frames, name=read.name)
+                yield RealFrame(name=read.name, image=image, labels=nothing(), is_reference=True)
+
+    def scored(self, episode: str = "") -> Iterator[RealFrame]:
+        """The other frames of an episode in order."""
 
         def wanted(number: int, labels: Row) -> bool:
             is_here = len(self.episodes) == 1 or labels["episode"] == episode
-            return number % every == 0 and is_here and number not in self.reference_numbers
+            return is_here and number not in self.reference_numbers
 
         yield from self._frames(wanted)
 
+    def truth(self, labels: Row, *, name: str = "frame") -> RealTruth:
+        """The state that labels of one of its frames tell; raises what `magicsim.dataset.real.labels.truth_of` does."""
+        known = self.labels.known if self.labels is not None else frozenset[str]()
+        return truth_of(labels, self.description.truth, known, name=name)
+
+    def _check_reference(self, frame: RealFrame) -> None:
+        rules, source, labels = self.description.truth, self.source, frame.labels
+        felt_n = max(rules.contact_n, source.untouched_below_n or 0.0)
+        known = self.labels.known if self.labels is not None else frozenset[str]()
+        truth = truth_of(labels, rules.model_copy(update={"contact_n": felt_n}), known, name=frame.name)
+        if truth.contact or truth.frame_class is FrameClass.CONTACT or truth.gap_mm <= -NEAR_MIN_MM:
+            size = size_of_force(labels, felt_n)
+            told = f" of {size:.3g} N" if size > felt_n else ""
+            raise ConfigError(
+                f"{self.field}: reference '{frame.name}' is a contact{told} by its labels: references show the "
+                "untouched sensor; subtract what it shows then, or raise truth.contact_n"
+            )
+
     def _frames(self, wanted: Callable[[int, Row], bool]) -> Iterator[RealFrame]:
         """Some of its own frames, told by their number and labels."""
-        form, gain = self.description.frames, self.source.gain
-        for number, (name, read, labels) in enumerate(self._read()):
-            if not wanted(number, labels):
-                continue
-            is_reference = number in self.reference_numbers
-            image = formed(read(), form, name=name)
-            image = image if is_reference else brightened(image, gain)
-            yield RealFrame(name=name, image=image, labels=labels, is_reference=is_reference)
+        for number, (shot, labels) in enumerate(self._shots()):
+            if wanted(number, labels):
+                yield self._frame(number, shot, labels)
 
-    def _read(self) -> Iterator[tuple[str, Callable[[], Frame], Row]]:
-        """Name, what reads the image, and labels of every frame."""
-        if not self.is_video:
-            rate = self.description.frames_per_second
+    def _frame(self, number: int, shot: Shot, labels: Row) -> RealFrame:
+        is_reference = number in self.reference_numbers
+        image = formed(shot.read(), self.description.frames, name=shot.name)
+        image = image if is_reference else brightened(image, self.source.gain)
+        return RealFrame(name=shot.name, image=image, labels=labels, is_reference=is_reference)
+
+    def _shots(self) -> Iterator[tuple[Shot, Row]]:
+        """Every own frame before it is decoded, and its labels, in order."""
+        rate, is_video = self.description.frames_per_second, self.is_video
+        if self.entries:
             for number, (path, row) in enumerate(self.entries):
                 time_s = number / rate if math.isnan(row["time_s"]) and rate is not None else row["time_s"]
-                yield path.name, partial(read_image, path), row | {"time_s": time_s}
+                yield Shot(name=path.name, read=partial(read_image, path, self.remark)), row | {"time_s": time_s}
             return
-        for number, (time_s, image) in enumerate(timed_frames(self.frames_path)):
-            labels = nothing()
-            if self.labels is not None:
-                labels = at_time(self.labels, time_s + self.source.offset_s, most_gap_s=self.description.most_gap_s)
-            yield f"{self.frames_path.name}#{number}", partial(_itself, image), labels | {"time_s": time_s}
+        before = -math.inf
+        with closing(open_source(self.frames_path, self.remark)) as shots:
+            for number, shot in enumerate(shots):
+                time_s = shot.time_s
+                if not is_video:
+                    time_s = number / rate if rate is not None else math.nan
+                elif time_s < before or (number == 1 and time_s == 0):
+                    raise FrameError(
+                        f"video '{self.frames_path}': frame {number} has no time; write it with time stamps, or save "
+                        "its images"
+                    )
+                before, labels = time_s, nothing()
+                if self.labels is not None:
+                    labels = at_time(self.labels, time_s + self.start_s, most_gap_s=self.description.most_gap_s)
+                yield shot, labels | {"time_s": time_s}
 
     def _least_forces(self, most_n: float) -> frozenset[int]:
         where = f"{self.field}.untouched_below_n = {most_n:g} is not allowed"
-        if self.is_video or self.labels is None or "force_n" not in self.labels.known:
-            msg = f"{where}: it needs a folder of images and labels with columns.force_n"
-            raise ConfigError(msg)
-        sizes = np.array([force_size(row["force_n"]) for _, row in self.entries])
+        if self.is_film or self.labels is None or "force_n" not in self.labels.known:
+            raise ConfigError(f"{where}: it needs a folder of images and labels with columns.force_n")
+        sizes = np.array([size_of_force(row, self.description.truth.contact_n) for _, row in self.entries])
         order = np.argsort(np.where(np.isnan(sizes), np.inf, sizes), kind="stable")[:MOST_REFERENCES]
         numbers = frozenset(int(place) for place in order if sizes[place] < most_n)
         if not numbers:
@@ -209,10 +319,11 @@ class RecordedSequence:
             return ()
         path = self.real.path(self.source.untouched)
         if is_folder(path):
-            return tuple(sorted(each for each in path.iterdir() if each.suffix.lower() in IMAGE_SUFFIXES))
+            return tuple(image_files(path, self.remark))
         if not is_file(path):
-            msg = f"{self.field}.untouched = '{path}' is not allowed: must be a folder of images, an image or a video"
-            raise ConfigError(msg)
+            raise ConfigError(
+                f"{self.field}.untouched = '{path}' is not allowed: must be a folder of images, an image or a video"
+            )
         return (path,)
 
 
@@ -238,19 +349,3 @@ def check_size(frame: Frame, size: tuple[int, int], name: str) -> None:
             f"set frames.size_px = [{size[1]}, {size[0]}], and frames.crop_px where their shapes differ"
         )
         raise FrameError(msg)
-
-
-def _itself(image: Frame) -> Frame:
-    return image
-
-
-def _image_file(folder: Path, name: str, where: str) -> Path:
-    """File of a row, whose ending may be missing."""
-    candidates = [folder / name]
-    if Path(name).suffix.lower() not in IMAGE_SUFFIXES:
-        candidates += [folder / f"{name}{ending}" for ending in IMAGE_SUFFIXES]
-    for path in candidates:
-        if name and is_file(path):
-            return path
-    msg = f"{where}: image '{name}' is not in folder '{folder}'; columns.image names the column of file names"
-    raise ConfigError(msg)

@@ -11,15 +11,16 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import numpy as np
 import pyarrow as pa
 import tomli_w
 
 from magicsim.config.program import versions
 from magicsim.dataset.columns import recorded_columns
 from magicsim.dataset.manifest import CARD, FOLDER, RECORDED, Manifest, Recorded, ShardEntry
-from magicsim.dataset.real.description import Description, RealSource, TruthRules
-from magicsim.dataset.real.inspection import Inspection, inspect_real
-from magicsim.dataset.real.labels import truth_of
+from magicsim.dataset.real.description import Description, RealSource
+from magicsim.dataset.real.inspection import Inspection, inspect_sequences
+from magicsim.dataset.real.labels import CONTACT_LABELS
 from magicsim.dataset.real.sequence import RealFrame, RecordedSequence, check_size, sequences_of
 from magicsim.dataset.shard import ROWS_A_GROUP, Column, read_rows, schema_of_columns, write_rows
 from magicsim.detectors.frame import Frame
@@ -65,8 +66,8 @@ def write_real(real: RealSource, out: Path, *, resume: bool = False) -> RealSumm
     """
     start = time.perf_counter()
     FOLDER.check(out, resume=resume)
-    inspection = inspect_real(real)
     sequences = sequences_of(real)
+    inspection = inspect_sequences(real, sequences)
     columns = table_columns(sequences)
     with output_errors(out, then=RESUMABLE), sole_writer(out):
         out.mkdir(parents=True, exist_ok=True)
@@ -75,7 +76,7 @@ def write_real(real: RealSource, out: Path, *, resume: bool = False) -> RealSumm
     return RealSummary(
         samples=manifest.rows,
         episodes=manifest.episodes,
-        told=inspection.told,
+        told=list(dict.fromkeys([*inspection.told, *(line for each in sequences for line in each.remarks)])),
         seconds=round(time.perf_counter() - start, 3),
         bytes=sum(entry.size for entry in manifest.shards),
         out=str(out),
@@ -166,14 +167,13 @@ class _Rows:
     def __iter__(self) -> Iterator[dict[str, Any]]:
         """One row a frame."""
         sequence, first_s = self._sequence, math.nan
-        known = sequence.labels.known if sequence.labels is not None else frozenset()
         for step, frame in enumerate(chain(sequence.references(), sequence.scored(self._episode))):
             self.size = self.size or (frame.image.shape[0], frame.image.shape[1])
             check_size(frame.image, self.size, frame.name)
             first_s = frame.labels["time_s"] if math.isnan(first_s) else first_s
             kind = frame.labels["object_kind"] or sequence.source.object_kind
             yield {
-                **frame_row(frame, sequence.description.truth, known),
+                **frame_row(frame, sequence),
                 "step": step,
                 "time_s": frame.labels["time_s"] - first_s,
                 "object_kind": "" if frame.is_reference else kind,
@@ -192,8 +192,8 @@ def _tables(rows: _Rows, columns: list[Column]) -> Iterator[pa.Table]:
         yield pa.Table.from_arrays(arrays, schema=schema_of_columns(columns))
 
 
-def frame_row(frame: RealFrame, rules: TruthRules, known: frozenset[str]) -> dict[str, Any]:
-    """Columns of one frame by itself; `known` are the names of the labels that there are at all."""
+def frame_row(frame: RealFrame, sequence: RecordedSequence) -> dict[str, Any]:
+    """Columns of one frame of a recording by itself. What a reference has no label of is that of no contact."""
     labels = frame.labels
     common = {
         "image": _png(frame.image),
@@ -201,8 +201,9 @@ def frame_row(frame: RealFrame, rules: TruthRules, known: frozenset[str]) -> dic
         "flashlight": bool(labels["flashlight"]),
     }
     if frame.is_reference:
-        return common | {"frame_class": "", "contact": False, "force_n": [0.0] * 3, "depth_mm": 0.0}
-    truth = truth_of(labels, rules, known, name=frame.name)
+        force_n, depth_mm = np.nan_to_num(labels["force_n"]).tolist(), float(np.nan_to_num(labels["depth_mm"]))
+        return common | {"frame_class": "", "contact": False, "force_n": force_n, "depth_mm": depth_mm}
+    truth = sequence.truth(labels, name=frame.name)
     return common | {
         "frame_class": str(truth.frame_class or ""),
         "gap_mm": truth.gap_mm,
@@ -225,12 +226,19 @@ def _png(image: Frame) -> dict[str, Any]:
 
 
 def table_columns(sequences: Sequence[RecordedSequence]) -> list[Column]:
-    """Columns of a dataset of recordings; `contact` only where all of them say something of it.
+    """Columns of a dataset of recordings; `contact` only where it is known of every frame.
 
     That column has no word for what nobody knows.
     """
-    needed = {"contact", "force_n", "depth_mm", "gap_mm"}
-    is_told = all(each.labels is not None and needed & each.labels.known for each in sequences)
+    is_told = all(
+        each.labels is not None
+        and each.labels.known & CONTACT_LABELS
+        and all(
+            number in each.reference_numbers or each.truth(row).contact is not None
+            for number, row in enumerate(each.survey.rows)
+        )
+        for each in sequences
+    )
     return [each for each in recorded_columns() if is_told or each.name != "contact"]
 
 

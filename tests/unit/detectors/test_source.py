@@ -138,3 +138,93 @@ def test_image_that_breaks_off_is_refused_and_nothing_is_printed(tmp_path, capfd
     with pytest.raises(FrameError, match="cannot be decoded; must be a whole image file"):
         read_image(path)
     assert capfd.readouterr() == ("", "")
+
+
+def test_numbers_in_names_count_as_numbers_and_it_is_said(tmp_path, save, caplog):
+    for index in (1, 2, 10):
+        save(tmp_path / f"frame_{index}.png", np.full_like(IMAGE, index))
+    assert [frame.image[0, 0, 0] for frame in read_source(tmp_path)] == [1, 2, 10]
+    assert "in the order of the numbers in their names, 'frame_2.png' before 'frame_10.png'" in caplog.text
+
+
+def test_order_of_padded_names_and_of_names_without_numbers_is_that_of_their_text(tmp_path, save, caplog):
+    for name in ("b", "a", "x_08", "x_09", "x_10"):
+        save(tmp_path / f"{name}.png", IMAGE)
+    assert [frame.name for frame in read_source(tmp_path)] == ["a.png", "b.png", "x_08.png", "x_09.png", "x_10.png"]
+    assert not caplog.records
+
+
+def test_order_that_decimal_points_leave_open_is_refused(tmp_path, save):
+    for name in ("0.5", "0.25"):
+        save(tmp_path / f"{name}.png", IMAGE)
+    with pytest.raises(ConfigError, match=r"'0\.5\.png' may come before or after '0\.25\.png'; fill up"):
+        list(read_source(tmp_path))
+
+
+def test_files_of_macos_are_passed_over_with_a_word(tmp_path, save, caplog):
+    save(tmp_path / "0.png", IMAGE)
+    (tmp_path / "._0.png").write_bytes(b"\x00\x05\x16\x07")
+    assert [frame.name for frame in read_source(tmp_path)] == ["0.png"]
+    assert "1 file(s) of macOS without a picture are passed over, such as '._0.png'" in caplog.text
+
+
+PAGES = [np.full_like(IMAGE, index) for index in range(5)]
+
+
+@pytest.mark.parametrize("suffix", [".tif", ".png", ".webp"])
+def test_file_of_several_pictures_is_read_whole(tmp_path, suffix):
+    path = tmp_path / f"stack{suffix}"
+    if suffix == ".tif":
+        assert cv2.imwritemulti(str(path), PAGES)
+    else:
+        animation = cv2.Animation()
+        animation.frames = [np.dstack([each, np.full(each.shape[:2], 255, np.uint8)]) for each in PAGES]
+        animation.durations = [50] * len(PAGES)
+        options = [cv2.IMWRITE_WEBP_QUALITY, 101] if suffix == ".webp" else []
+        assert cv2.imwriteanimation(str(path), animation, options)
+    frames = list(read_source(path))
+    assert [frame.name for frame in frames] == [f"stack{suffix}#{index}" for index in range(5)]
+    assert [int(frame.image.max()) for frame in frames] == [0, 1, 2, 3, 4]
+    with pytest.raises(FrameError, match="holds 5 pictures; must hold one here"):
+        read_image(path)
+
+
+def test_second_page_of_a_tiff_that_is_a_small_copy_is_no_frame(tmp_path):
+    path = tmp_path / "a.tif"
+    assert cv2.imwritemulti(str(path), [IMAGE, IMAGE[:2, :3]])
+    content = bytearray(path.read_bytes())
+    first = struct.unpack_from("<I", content, 4)[0]
+    second = struct.unpack_from("<I", content, first + 2 + 12 * struct.unpack_from("<H", content, first)[0])[0]
+    tags = [second + 2 + 12 * number for number in range(struct.unpack_from("<H", content, second)[0])]
+    [subfile] = [at for at in tags if struct.unpack_from("<H", content, at)[0] == 254] or [None]
+    at = subfile if subfile is not None else tags[0]
+    struct.pack_into("<HHII", content, at, 254, 4, 1, 1)
+    path.write_bytes(content)
+    assert [frame.image.shape for frame in read_source(path)] == [IMAGE.shape]
+
+
+def with_orientation(path, value):
+    """Writes an Exif orientation into a PNG or a JPEG."""
+    content = path.read_bytes()
+    tiff = struct.pack("<2sHIHHHIHHI", b"II", 42, 8, 1, 0x0112, 3, 1, value, 0, 0)
+    if path.suffix == ".jpg":
+        body = b"Exif\x00\x00" + tiff
+        added, at = b"\xff\xe1" + struct.pack(">H", len(body) + 2) + body, 2
+    else:
+        body, at = b"eXIf" + tiff, 33
+        added = struct.pack(">I", len(tiff)) + body + struct.pack(">I", zlib.crc32(body))
+    path.write_bytes(content[:at] + added + content[at:])
+    return path
+
+
+@pytest.mark.parametrize("suffix", [".png", ".jpg"])
+@pytest.mark.parametrize(("value", "turns"), [(3, 2), (6, 3), (8, 1)])
+def test_picture_is_turned_as_its_exif_says_and_it_is_said_once(tmp_path, save, caplog, suffix, value, turns):
+    image = np.zeros((16, 24, 3), np.uint8)
+    image[:8, :8] = (250, 30, 10)
+    for name in "ab":
+        with_orientation(save(tmp_path / f"{name}{suffix}", image), value)
+    for frame in read_source(tmp_path):
+        assert np.abs(frame.image.astype(int) - np.rot90(image, turns)).mean() < 12
+    assert caplog.text.count(f"turned as their Exif orientation {value} says") == 1
+    assert caplog.text.count("JPEG, which loses detail") == (suffix == ".jpg")

@@ -1,4 +1,5 @@
 import contextlib
+import struct
 from dataclasses import replace
 
 import cv2
@@ -9,6 +10,7 @@ from detectors.conftest import grid_frame, light_frame, near_frame
 from magicsim.detectors import DetectorProfile, detect_all, detect_sources, fuse, stream_sources
 from magicsim.detectors import frame as frames
 from magicsim.detectors import video as module
+from magicsim.detectors.source import read_source
 from magicsim.detectors.video import open_video, read_camera
 from magicsim.errors import ConfigError, FrameError
 
@@ -16,7 +18,7 @@ SCENE = [grid_frame(), near_frame(), light_frame()]
 
 
 def test_lossless_video_gives_the_frames_that_were_written(tmp_path, write_video):
-    found = list(open_video(write_video(tmp_path / "a.avi", SCENE)))
+    found = [each.image for each in read_source(write_video(tmp_path / "a.avi", SCENE))]
     assert len(found) == 3
     assert all(np.array_equal(one, other) for one, other in zip(found, SCENE, strict=True))
     assert all(frame.flags["C_CONTIGUOUS"] for frame in found)
@@ -24,8 +26,8 @@ def test_lossless_video_gives_the_frames_that_were_written(tmp_path, write_video
 
 def test_motion_jpeg_keeps_red_and_blue_apart(tmp_path, write_video):
     flat = np.full((48, 64, 3), (180, 90, 30), dtype=np.uint8)
-    (found,) = open_video(write_video(tmp_path / "a.avi", [flat], codec="MJPG"))
-    assert np.abs(found.astype(int) - flat).max() < 12
+    (found,) = read_source(write_video(tmp_path / "a.avi", [flat], codec="MJPG"))
+    assert np.abs(found.image.astype(int) - flat).max() < 12
 
 
 def test_verdicts_of_a_video_equal_those_of_its_frames(tmp_path, write_video):
@@ -53,7 +55,7 @@ def test_video_that_breaks_off_gives_what_is_whole_and_warns(tmp_path, write_vid
     path = write_video(tmp_path / "a.avi", noise, codec="HFYU")
     content = path.read_bytes()
     path.write_bytes(content[: len(content) // 2])
-    found = list(open_video(path))
+    found = [each.image for each in read_source(path)]
     assert 0 < len(found) < 6
     assert all(np.array_equal(one, other) for one, other in zip(found, noise, strict=False))
     assert f"gave {len(found)} of 6 frames" in caplog.text
@@ -143,7 +145,59 @@ def test_video_of_huge_frames_is_refused(tmp_path, monkeypatch):
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"MJPG"), 15, (64, 48))
     writer.write(np.zeros((48, 64, 3), np.uint8))
     writer.release()
-    assert next(open_video(path)).shape == (48, 64, 3)
+    assert next(open_video(path)).read().shape == (48, 64, 3)
     monkeypatch.setattr(frames, "MAX_PIXELS", 1000)
     with pytest.raises(FrameError, match="has 64 x 48 pixels"):
         open_video(path)
+
+
+def turn_track(path, degrees):
+    """Writes a turn into the track header of an MP4: a matrix of 16.16 numbers (ISO 14496-12, 8.3.2)."""
+    content, one = bytearray(path.read_bytes()), 0x10000
+    cosine, sine = {90: (0, one), 180: (-one, 0), 270: (0, -one)}[degrees]
+    at = content.find(b"tkhd") + 44
+    struct.pack_into(">4i", content, at, cosine, sine, 0, -sine)
+    struct.pack_into(">i", content, at + 16, cosine)
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize("degrees", [90, 180, 270])
+def test_frames_are_turned_as_the_track_says_and_it_is_said(tmp_path, write_video, caplog, degrees):
+    image = np.zeros((48, 64, 3), np.uint8)
+    image[:24, :16] = (220, 40, 20)
+    path = write_video(tmp_path / "a.mp4", [image], codec="mp4v")
+    turn_track(path, degrees)
+    [frame] = read_source(path)
+    assert np.abs(frame.image.astype(int) - np.rot90(image, -degrees // 90)).mean() < 12
+    assert f"'a.mp4': frames are turned by {degrees} degrees" in caplog.text
+
+
+@pytest.mark.parametrize(("name", "codec"), [("a.avi", "MJPG"), ("a.mp4", "mp4v"), ("a.avi", "XVID")])
+def test_codec_that_loses_detail_is_named_before_the_first_frame(tmp_path, write_video, caplog, name, codec):
+    frames = open_video(write_video(tmp_path / name, SCENE, codec=codec))
+    assert "which loses detail unless it is told not to: frames of something near may be judged Touched" in caplog.text
+    frames.close()
+
+
+def test_lossless_video_has_no_remark(tmp_path, write_video, caplog):
+    list(read_source(write_video(tmp_path / "a.mkv", SCENE)))
+    assert not caplog.records
+
+
+@pytest.mark.parametrize(
+    ("change", "ways"),
+    [
+        (lambda image: image[::-1, ::-1], "turned by 180 degrees"),
+        (lambda image: image[:, ::-1], "mirrored"),
+        (lambda image: image[..., ::-1], "with red and blue exchanged"),
+    ],
+)
+def test_frames_that_are_turned_against_their_references_are_told(tmp_path, save, caplog, change, ways):
+    rows, columns = np.mgrid[0:48, 0:36]
+    image = np.stack([10 + 4 * columns, 10 + 4 * rows, 90 - 2 * columns], 2).astype(np.uint8)
+    image[:20, :8] = (10, 200, 40)
+    for index in range(30):
+        save(tmp_path / "rest" / f"{index:02}.png", image)
+    save(tmp_path / "now.png", np.ascontiguousarray(change(image)))
+    detect_sources(tmp_path / "now.png", tmp_path / "rest", "published")
+    assert f"frames look like their references only when they are {ways}: " in caplog.text

@@ -20,7 +20,7 @@ def label(folder, text):
 
 
 def test_references_and_labelled_frames_are_told_apart_in_their_order(folder):
-    rows = ["rest.png,Reference,", "rest.png,Reference,", "near.png,Near,x", "rest.png,,between", "rest.png, Clear "]
+    rows = ["rest.png,Reference,", "rest.png,Reference,", "near.png,Near,x", "rest.png,,between", "rest.png, Clear ,"]
     text = "\n".join(["file,class,note", *rows, ""])
     found = read_labels(label(folder, text))
     assert len(found.references) == 2

@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import cv2
@@ -88,7 +89,10 @@ def test_force_of_a_recording_is_a_size_a_vector_or_the_normal_force(
     none = "," * columns.count(",")
     lines = [f"file,is_reference,gap_mm,flashlight,{columns}", f"0.png,1,,0,{none}", f"1.png,0,-0.5,0,{force}"]
     (tmp_path / "truth.csv").write_text("\n".join(lines))
-    assert read_recording(tmp_path).force_n.tolist() == pytest.approx([0, size_n])
+    found = read_recording(
+        tmp_path
+    ).force_n  # that of the reference is unknown, of one with an empty part at least so large
+    assert found.tolist() == pytest.approx([np.nan, size_n], nan_ok=True)
     assert list(read_episode(tmp_path).classes) == [FrameClass.CONTACT]
 
 
@@ -107,3 +111,51 @@ def test_label_that_was_not_asked_for_says_what_to_set(episode):
         _ = frame.displacements_mm
     with pytest.raises(OutputError, match=r"set output\.contact_mask = true"):
         _ = frame.contact_mask
+
+
+def recorded(folder: Path, *lines: str) -> Path:
+    """A recording of dots with this table."""
+    for line in lines:
+        assert cv2.imwrite(str(folder / line.partition(",")[0]), np.zeros((16, 12, 3), np.uint8))
+    heading = "file,is_reference,gap_mm,force_n,flashlight"
+    (folder / "truth.csv").write_text("\n".join([heading, *lines, ""]))
+    return folder
+
+
+def test_empty_force_is_unknown_and_never_no_contact(tmp_path: Path):
+    folder = recorded(
+        tmp_path, "0.png,1,,0,0", "1.png,0,,,0", "2.png,0,-0.5,,0", "3.png,0,,2.5,0", "4.png,0,1.5,,0", "5.png,0,,0,0"
+    )
+    expected = [None, None, None, FrameClass.NEAR, FrameClass.CLEAR]
+    assert list(read_episode(folder).classes) == expected
+    assert np.isnan(read_recording(folder).labels.force_n).tolist() == [True, True, False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        (["0.png,1,-1.5,0,0", "1.png,0,,0,0"], "line 2: a reference has gap_mm = -1.5; must be of the untouched"),
+        (["0.png,1,,6.6,0", "1.png,0,,0,0"], "line 2: a reference has a force of 6.6 N"),
+        (["0.png,1,,0,0", "1.png,0,1,5,0,0"], "line 3: 6 cells; must be 5, as in the heading; a number has a decimal"),
+        (["0.png,1,,0,0", "1.png,0,,0"], "line 3: 4 cells; must be 5, as in the heading"),
+        (["0.png,1,,0,0", "1.png,0,,0,0", "1.png,0,,0,0"], "file '1.png' stands in 2 lines; must be in one"),
+        (["0.png,1,,0,0", "1.png,0,,1_0,0"], "line 3: force_n = '1_0' is not allowed: must be a finite number"),
+    ],
+)
+def test_row_that_is_not_clear_is_one_line(tmp_path: Path, lines: list[str], said: str):
+    with pytest.raises(ConfigError, match=said):
+        read_recording(recorded(tmp_path, *lines))
+
+
+@pytest.mark.parametrize(
+    ("row", "said"),
+    [
+        ("{}.png,0,-0.0015,6.6,0", "gap_mm reaches a depth of 0.0015 mm, which is no press: metres?"),
+        ("{}.png,0,-1.5,6600,0", "force_n reaches 6600 N, more than such a sensor bears: mN or grams?"),
+        ("{}.png,0,5,0.4,0", "force_n is 0.4 N from the first frame on, .*: not tared?"),
+        ("{}.png,0,-1.5,0,0", "force_n and gap_mm disagree in 6 frames"),
+    ],
+)
+def test_number_that_no_sensor_has_is_told(tmp_path: Path, caplog, row: str, said: str):
+    read_recording(recorded(tmp_path, "0.png,1,,,0", *(row.format(number) for number in range(1, 7))))
+    assert re.search(said, caplog.text)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from magicsim.dataset.real.description import FrameForm
-from magicsim.dataset.real.form import TURNS, after, brightened, formed, turned
+from magicsim.dataset.real.form import brightened, formed
+from magicsim.detectors.orientation import TURNS, after, turned
 from magicsim.errors import FrameError
 
 from .drawn import COLUMNS, ROWS, untouched

@@ -1,0 +1,269 @@
+"""Pictures in files: their pixels as RGB, upright as the file says, one or several of them."""
+
+import struct
+import zlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from magicsim.conventions import MAX_PIXELS
+from magicsim.detectors.frame import Frame, check_frame, check_pixels
+from magicsim.detectors.video import Remark, quiet_opencv
+from magicsim.errors import FrameError
+
+IMAGE_SUFFIXES = (".bmp", ".jpeg", ".jpg", ".png", ".ppm", ".tif", ".tiff", ".webp")
+"""File name endings that are read as images, in any case."""
+MAX_BYTES = 8 * MAX_PIXELS
+"""Largest image file: so many pixels of four channels of 16 bit."""
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
+"""First bytes of every PNG file."""
+_LENGTH, _NAME, _SUM = 4, 4, 4
+AnyPixels = npt.NDArray[Any]
+"""Pixels of any type as OpenCV has them: shape (rows, columns), or with channels behind."""
+_FLAGS = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH
+"""Turns a picture as its Exif orientation says, keeps its depth, and drops opacity."""
+UPRIGHT, MOST_ORIENTATION, ORIENTATION, SUBFILE = 1, 8, 0x0112, 0x00FE
+"""Orientation of a picture that is not turned, the largest, the tag that tells it, and that of reduced copies: Exif
+2.32, 4.6.4, and TIFF 6.0, section 8."""
+_WHOLE = {3: "H", 4: "I"}
+"""Types of whole numbers of a TIFF."""
+HEAD_BYTES = 4096
+"""Head of a file that is looked at before the whole is read."""
+WEBP_ANIMATION = 2
+"""Flag of an animated WebP in its extended header."""
+
+
+def once(remark: Remark) -> Remark:
+    """A remark that passes every line on only once."""
+    said: set[str] = set()
+
+    def first(line: str) -> None:
+        if line not in said:
+            said.add(line)
+            remark(line)
+
+    return first
+
+
+def unheard(_: str) -> None:
+    """Drops a remark."""
+
+
+def read_image(path: str | Path, remark: Remark = unheard) -> Frame:
+    """Read an image file as RGB, shape (rows, columns, 3), turned as its metadata says.
+
+    Args:
+        path: File with one picture.
+        remark: Hears that it was turned, or that its format loses detail.
+
+    Raises:
+        FrameError: The file is missing, cannot be decoded, holds several pictures, or not 8-bit colour.
+    """
+    path = Path(path)
+    content = _content(path)
+    pages = _pages(content)
+    if len(pages) > 1:
+        raise FrameError(f"image '{path}' holds {len(pages)} pictures; must hold one here")
+    return _frame(path, content, _pixels(path, content), remark)
+
+
+def read_pictures(path: Path, remark: Remark = unheard) -> list[Callable[[], Frame]]:
+    """What makes each picture of an image file, as `read_image` makes one, in order.
+
+    Raises:
+        FrameError: The file cannot be read; what makes a picture raises what else `read_image` does.
+    """
+    if not _may_hold_several(path):
+        return [partial(read_image, path, remark)]
+    content = _content(path)
+    pages = _pages(content)
+    if len(pages) == 1:
+        return [partial(read_image, path, remark)]
+    if content[:2] in {b"II", b"MM"}:
+        return [partial(_page_frame, path, content, page, remark) for page in pages]
+    animation = cache(lambda: _animation(path, content))
+    return [partial(_animation_frame, path, content, animation, page, remark) for page in pages]
+
+
+def _may_hold_several(path: Path) -> bool:
+    """Whether a look at the head of a file does not exclude that it holds several pictures."""
+    try:
+        with path.open("rb") as file:
+            head = file.read(HEAD_BYTES)
+    except (OSError, ValueError):
+        return False  # told when its turn comes
+    if head.startswith(SIGNATURE):
+        return b"acTL" in head or b"IDAT" not in head
+    return head[:2] in {b"II", b"MM"} or head[:4] == b"RIFF"
+
+
+def _content(path: Path) -> bytes:
+    try:
+        length = path.stat().st_size
+        if length > MAX_BYTES:
+            raise FrameError(f"image '{path}' has {length / 1e6:.0f} MB; at most {MAX_BYTES / 1e6:.0f} MB are allowed")
+        return path.read_bytes()
+    except FrameError:
+        raise
+    except (OSError, ValueError) as error:
+        raise FrameError(f"image '{path}' cannot be read: {getattr(error, 'strerror', None) or error}") from error
+
+
+def _page_frame(path: Path, content: bytes, page: int, remark: Remark) -> Frame:
+    """One page of a TIFF of several."""
+    found = _quietly(path, lambda data: cv2.imdecodemulti(data, _FLAGS, range=(page, page + 1))[1], content)
+    return _frame(path, content, next(iter(found or ()), None), remark)
+
+
+def _animation(path: Path, content: bytes) -> Sequence[AnyPixels]:
+    """All frames of an animated PNG or WebP, which rest on each other."""
+    return _quietly(path, lambda data: cv2.imdecodemulti(data, _FLAGS)[1], content) or ()
+
+
+def _animation_frame(
+    path: Path, content: bytes, animation: Callable[[], Sequence[AnyPixels]], page: int, remark: Remark
+) -> Frame:
+    frames = animation()
+    return _frame(path, content, frames[page] if page < len(frames) else None, remark)
+
+
+def _pixels(path: Path, content: bytes) -> AnyPixels | None:
+    """The one picture of a file, its first page where there are smaller copies of it."""
+    if not content or is_damaged_png(content):
+        return None
+    pixels: AnyPixels | None = _quietly(path, lambda data: cv2.imdecode(data, _FLAGS), content)
+    return pixels
+
+
+def _frame(path: Path, content: bytes, pixels: AnyPixels | None, remark: Remark) -> Frame:
+    """Pixels as OpenCV gives them, checked, as RGB; None is a picture that is not whole."""
+    if pixels is None:
+        allowed = f"must be a whole image file ({', '.join(IMAGE_SUFFIXES)})"
+        raise FrameError(f"image '{path}' cannot be decoded; {allowed}")
+    check_pixels(f"image '{path}'", pixels.shape[1], pixels.shape[0])
+    channels = pixels.shape[2] if pixels.ndim > len(("rows", "columns")) else 1
+    if channels not in {3, 4}:  # opacity is dropped
+        raise FrameError(f"image '{path}' has {channels} channel(s); must be colour with 3 (RGB)")
+    try:
+        frame = check_frame(pixels[:, :, 2::-1])  # RGB from OpenCV's BGR or BGRA
+    except FrameError as error:
+        raise FrameError(f"image '{path}': {error}") from error
+    _remark_on(path, content, remark)
+    return frame
+
+
+def _quietly(path: Path, decode: Callable[[AnyPixels], Any], content: bytes) -> Any:  # noqa: ANN401 - of OpenCV
+    """What OpenCV makes of a file; None where it refuses it."""
+    try:
+        with quiet_opencv():
+            return decode(np.frombuffer(content, np.uint8))
+    except cv2.error as error:
+        if "MAX_IMAGE" in str(error):  # the limit that OpenCV is loaded with, see `magicsim.__init__`
+            limit = f"at most {MAX_PIXELS / 1e6:.0f} million are allowed"
+            raise FrameError(f"image '{path}' has too many pixels; {limit}") from None
+        return None
+
+
+def _remark_on(path: Path, content: bytes, remark: Remark) -> None:
+    if content.startswith(b"\xff\xd8"):
+        remark(
+            f"images in '{path.parent}' are JPEG, which loses detail: frames of something near may be judged Touched; "
+            "save PNG"
+        )
+    orientation = exif_orientation(content)
+    if orientation != UPRIGHT:
+        remark(
+            f"images in '{path.parent}' are turned as their Exif orientation {orientation} says; references and "
+            "frames have to be turned alike"
+        )
+
+
+def exif_orientation(content: bytes) -> int:
+    """Orientation 1..8 that a file's metadata tell, 1 (upright) where they tell none: JPEG, PNG, WebP and TIFF."""
+    starts = [0] if content[:2] in {b"II", b"MM"} else []
+    for mark, skipped in ((b"Exif\x00\x00", 6), (b"eXIf", 4), (b"EXIF", 8)):
+        at = content.find(mark)
+        starts += [at + skipped] if at >= 0 else []
+    for start in starts:
+        found = next(_directories(content[start:]), {}).get(ORIENTATION, UPRIGHT)
+        if UPRIGHT < found <= MOST_ORIENTATION:
+            return found
+    return UPRIGHT
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Layout:
+    """How directories of a TIFF are laid out: types of offsets, counts and entries, and their sizes [bytes]."""
+
+    first: int
+    offset: str
+    count: str
+    entry: str
+    size: int
+
+
+_LAYOUTS = {42: _Layout(first=4, offset="I", count="H", entry="HHI", size=12),
+            43: _Layout(first=8, offset="Q", count="Q", entry="HHQ", size=20)}  # fmt: skip
+"""By the number after the order of bytes: TIFF 6.0, section 2, and BigTIFF."""
+
+
+def _directories(tiff: bytes) -> Iterator[dict[int, int]]:
+    """Values of the tags of each directory whose value is a whole number that stands beside its tag."""
+    order = {b"II": "<", b"MM": ">"}.get(tiff[:2])
+    seen: set[int] = set()
+    try:
+        layout = _LAYOUTS.get(struct.unpack_from(f"{order}H", tiff, 2)[0]) if order else None
+        if layout is None:
+            return
+        [at] = struct.unpack_from(f"{order}{layout.offset}", tiff, layout.first)
+        while at and at not in seen:
+            seen.add(at)
+            [count] = struct.unpack_from(f"{order}{layout.count}", tiff, at)
+            at += struct.calcsize(f"{order}{layout.count}")
+            values = {}
+            for _ in range(count):
+                head = f"{order}{layout.entry}"
+                tag, kind, _ = struct.unpack_from(head, tiff, at)
+                if kind in _WHOLE:
+                    [values[tag]] = struct.unpack_from(f"{order}{_WHOLE[kind]}", tiff, at + struct.calcsize(head))
+                at += layout.size
+            [at] = struct.unpack_from(f"{order}{layout.offset}", tiff, at)
+            yield values
+    except struct.error:  # it breaks off, which its decoder tells
+        return
+
+
+def _pages(content: bytes) -> list[int]:
+    """Numbers of the pictures in a file but for reduced copies: pages of a TIFF, frames of an animated PNG or WebP."""
+    if content.startswith(SIGNATURE):
+        at = content.find(b"acTL", 0, max(content.find(b"IDAT"), 0))  # animation control: PNG 3, section 11.3.6.1
+        return list(range(max(1, int.from_bytes(content[at + 4 : at + 8])) if at >= 0 else 1))
+    if content[:4] == b"RIFF" and content[12:16] == b"VP8X" and content[20] & WEBP_ANIMATION:
+        return list(range(max(1, content.count(b"ANMF"))))
+    return [page for page, values in enumerate(_directories(content)) if not values.get(SUBFILE, 0) & 1] or [0]
+
+
+def is_damaged_png(content: bytes) -> bool:
+    """Whether the bytes start as a PNG and then break off or fail a chunk's checksum.
+
+    Walks the chunks (length, name, data, CRC-32 of name and data) up to `IEND`: PNG specification, section 5.
+    """
+    if not content.startswith(SIGNATURE):
+        return False
+    at = len(SIGNATURE)
+    while at + _LENGTH + _NAME + _SUM <= len(content):
+        name_at = at + _LENGTH
+        sum_at = name_at + _NAME + int.from_bytes(content[at:name_at])
+        body = content[name_at:sum_at]
+        if zlib.crc32(body) != int.from_bytes(content[sum_at : sum_at + _SUM]):
+            return True
+        if body.startswith(b"IEND"):
+            return False
+        at = sum_at + _SUM
+    return True
