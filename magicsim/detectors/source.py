@@ -40,9 +40,9 @@ class Shot:
     """A frame whose image is not made yet."""
 
     name: str
-    """As that of a `SourceFrame`."""
+    """See `SourceFrame`."""
     read: Callable[[], Frame]
-    """Its image, RGB, shape (rows, columns, 3), to be asked for before the next frame is."""
+    """Makes the RGB image, shape (rows, columns, 3); to be called before the next frame is asked for."""
     time_s: float = math.nan
     """From the first frame of a video, by its time stamps [s]; NaN of images and cameras."""
 

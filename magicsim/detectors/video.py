@@ -39,7 +39,7 @@ class VideoFrame:
     time_s: float
     """From the first frame, by the time stamps of the file [s]; 0 for every frame where it has none."""
     read: Callable[[], Frame]
-    """Its image, shape (rows, columns, 3), to be asked for before the next frame is."""
+    """Makes the RGB image, shape (rows, columns, 3); to be called before the next frame is asked for."""
 
 
 def open_video(path: Path, remark: Remark | None = None) -> Generator[VideoFrame, None, None]:
