@@ -7,39 +7,35 @@ it is assumed. Friction is kinetic, against the carriage's motion. The contacts 
 a force along the axis that comes with its depth.
 """
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Self
+from typing import Annotated, Self
 
 import numpy as np
+from pydantic import AfterValidator, Field
 from scipy.spatial.transform import Rotation
 
 from magicsim.arrays import Array
-from magicsim.config.ranges import check_number
+from magicsim.config.models import Config
 from magicsim.geometry.objects.plain import PlugObject
 from magicsim.geometry.pose import Pose
 from magicsim.robot.grip.load import Load
+from magicsim_experiments.task.settings import Positive, in_order
 
-LIMITS = {"radius_mm": (0.05, 100.0), "chamfer_mm": (0.0, 50.0), "depth_mm": (0.1, 200.0)}
 FAR_MM = 1e4
 """How far the base reaches [mm]."""
 TINY = 1e-12
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Jack:
-    """Numbers of the hole; all are assumed."""
+class Jack(Config):
+    """The hole in the base; all numbers are assumed."""
 
-    radius_mm: float = 2.6
-    """Radius of the hole [mm]: 0.1 mm more than the default plug's pin."""
-    chamfer_mm: float = 0.5
+    radius_mm: Annotated[float, Field(ge=0.05, le=100)] = 2.6
+    """Radius [mm]: 0.1 mm more than the default plug's pin."""
+    chamfer_mm: Annotated[float, Field(ge=0, le=50)] = 0.5
     """Chamfer of the mouth, at 45 degrees [mm]."""
-    depth_mm: float = 12.0
-
-    def __post_init__(self) -> None:
-        """Checks the numbers."""
-        for each in fields(self):
-            check_number(f"jack.{each.name}", getattr(self, each.name), *LIMITS[each.name])
+    depth_mm: Annotated[float, Field(ge=0.1, le=200)] = 12.0
+    """Depth [mm]."""
 
     def distance(self, points: Array) -> tuple[Array, Array]:
         """Signed distance to the base, negative inside of it, and the outward normal, exact.
@@ -153,17 +149,16 @@ STEP_MM, STEP_RAD = 0.02, 0.002
 """Motions over which the stiffness is taken: it begins with contact."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Contact:
-    """Constants of the contact between plug and base; all are assumed."""
+class Contact(Config):
+    """Contact between plug and base; all numbers are assumed."""
 
-    stiffness_n_mm3: float = 5.0
+    stiffness_n_mm3: Annotated[float, Field(ge=0.1, le=100)] = 5.0
     """Pressure by depth [N/mm3]."""
-    friction: float = 0.2
+    friction: Annotated[float, Field(ge=0, le=2)] = 0.2
     """Coulomb's coefficient between plastic and plastic."""
-    spring_n: float = 1.5
+    spring_n: Annotated[float, Field(ge=0, le=100)] = 1.5
     """Resistance of the jack's contacts to a pin in the hole [N]."""
-    spring_mm: tuple[float, float] = (2.0, 4.0)
+    spring_mm: Annotated[tuple[Positive, Positive], AfterValidator(in_order)] = (2.0, 4.0)
     """Depths of the pin at which that begins, and is there in full [mm]."""
 
 

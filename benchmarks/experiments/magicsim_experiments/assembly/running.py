@@ -19,7 +19,7 @@ from magicsim.robot.live import MAX_SEED
 from magicsim.robot.quality import find_quality
 from magicsim.scenes.scene import SceneConfig
 from magicsim_experiments.assembly.cues import PROFILE, Reader, check_references, structural_similarity
-from magicsim_experiments.assembly.meeting import LIMITS, Contact, Jack
+from magicsim_experiments.assembly.meeting import Contact, Jack
 from magicsim_experiments.assembly.playing import play
 from magicsim_experiments.assembly.stages import Misalignment, Spread, draw_misalignments, timeline
 from magicsim_experiments.assembly.summary import AssemblySummary, Trial, draw_series, played_out, summarise
@@ -46,46 +46,21 @@ from magicsim_experiments.task.growing import (
     plain_values,
     resolved_scene,
 )
-from magicsim_experiments.task.settings import in_order
+from magicsim_experiments.task.settings import Positive, in_order
 
 PREFIX = "task."
 """What settings of the task begin with; all others are the scene's."""
-JACK, CONTACT, SPREAD = Jack(), Contact(), Spread()
-Positive = Annotated[float, Field(gt=0, le=1000)]
+SPREAD = Spread()
 Offset = Annotated[float, Field(ge=0, le=20)]
 Angle = Annotated[float, Field(ge=0, le=30)]
-
-
-class JackConfig(Config):
-    """The hole in the base."""
-
-    radius_mm: Annotated[float, Field(ge=LIMITS["radius_mm"][0], le=LIMITS["radius_mm"][1])] = JACK.radius_mm
-    """Radius [mm]."""
-    chamfer_mm: Annotated[float, Field(ge=LIMITS["chamfer_mm"][0], le=LIMITS["chamfer_mm"][1])] = JACK.chamfer_mm
-    """Chamfer of the mouth, at 45 degrees [mm]."""
-    depth_mm: Annotated[float, Field(ge=LIMITS["depth_mm"][0], le=LIMITS["depth_mm"][1])] = JACK.depth_mm
-    """Depth [mm]."""
-
-
-class ContactConfig(Config):
-    """Contact between plug and base."""
-
-    stiffness_n_mm3: Annotated[float, Field(ge=0.1, le=100)] = CONTACT.stiffness_n_mm3
-    """Pressure by depth [N/mm3]."""
-    friction: Annotated[float, Field(ge=0, le=2)] = CONTACT.friction
-    """Coulomb's coefficient."""
-    spring_n: Annotated[float, Field(ge=0, le=100)] = CONTACT.spring_n
-    """Resistance of the jack's contacts to a pin in the hole [N]."""
-    spring_mm: Annotated[tuple[Positive, Positive], AfterValidator(in_order)] = CONTACT.spring_mm
-    """Depths of the pin at which that begins, and is there in full [mm]."""
 
 
 class AssemblyConfig(Config):
     """One run of the assembly task; every number is assumed where nothing else is said."""
 
-    jack: JackConfig = JackConfig()
+    jack: Jack = Jack()
     """The hole in the base."""
-    contact: ContactConfig = ContactConfig()
+    contact: Contact = Contact()
     """Contact between plug and base."""
     mass_g: Positive = MASS_G
     """Mass of the plug [g]."""
@@ -121,8 +96,7 @@ class AssemblyConfig(Config):
         """What does not change from trial to trial."""
         first, second = zip(self.insertion_mm, self.push_n, strict=True)
         return Setup(
-            jack=Jack(**self.jack.model_dump()), contact=Contact(**self.contact.model_dump()), mass_g=self.mass_g,
-            squeeze_mm=self.squeeze_mm,
+            jack=self.jack, contact=self.contact, mass_g=self.mass_g, squeeze_mm=self.squeeze_mm,
             timeline=timeline(before_mm=self.before_mm, insertions=(first, second), success_mm=self.success_mm),
             references=references, samples=samples, speed_mm_s=self.speed_mm_s,
         )  # fmt: skip

@@ -38,7 +38,7 @@ def item_schema() -> dict[str, Any]:
     return Item.model_json_schema()
 
 
-PositiveMm = Annotated[float, Field(gt=0, le=1000)]
+Positive = Annotated[float, Field(gt=0, le=1000)]
 Speed = Annotated[float, Field(gt=0, le=1000)]
 GIVEN = {"object": "items", "contact.friction": "items", "seed": "seed", "frames_per_second": "frames_per_second"}
 """Settings of a scene that a task says, and what of it says them."""
@@ -87,7 +87,7 @@ class GraspConfig(Config):
     """Rate of the frames that the machine reads [1/s]."""
     most_frames: Annotated[int, Field(ge=20, le=5000)] = 260
     """Frames of an episode at most."""
-    open_gap_mm: PositiveMm = 8.0
+    open_gap_mm: Positive = 8.0
     """Room on each side of an item between open fingers [mm]."""
     close_mm_s: Speed = 8.0
     """Closing speed of each finger [mm/s]."""
@@ -95,7 +95,7 @@ class GraspConfig(Config):
     """Opening speed of each finger [mm/s]."""
     grip_n: Annotated[float, Field(gt=0, le=50)] = 4.0
     """Normal force at which the motors stall [N]."""
-    distance_mm: PositiveMm = 300.0
+    distance_mm: Positive = 300.0
     """From A to B [mm]."""
     carriage_mm_s: Speed = 150.0
     """Speed of the carriage [mm/s]."""
@@ -103,7 +103,7 @@ class GraspConfig(Config):
     """Acceleration of the carriage [mm/s2], which the held item feels."""
     hand_mm_s: Annotated[tuple[Speed, Speed], AfterValidator(in_order)] = (60.0, 250.0)
     """Slowest and fastest approach of the hand [mm/s]."""
-    near_mm: Annotated[tuple[PositiveMm, PositiveMm], AfterValidator(in_order)] = (1.0, 4.0)
+    near_mm: Annotated[tuple[Positive, Positive], AfterValidator(in_order)] = (1.0, 4.0)
     """Nearest and farthest gap to the watched finger at which the hand offers an item [mm]."""
     hand: bool = True
     """Whether the hand is in the picture while it holds the item, comes and goes, see `task.hand`."""
