@@ -41,7 +41,8 @@ STOPPED, UNREAD, TERMINATED = 130, 141, 143
 
 def main() -> None:
     """Entry point: errors are one line on stderr and exit code 2; who ends it finds no half-written results."""
-    signal.signal(signal.SIGTERM, _terminate)
+    # as any other error would: what is being written is cleared away
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(_OneLine("magicsim: %(message)s"))
     logging.basicConfig(level=logging.WARNING, handlers=[handler])
@@ -60,8 +61,9 @@ def main() -> None:
         _fail(" ".join(str(error).split()))
     except MagicsimError as error:
         _fail(str(error))
-    except BrokenPipeError:
-        _silence()
+    except BrokenPipeError:  # whoever read the result, such as `head`, has gone: nothing more can be told
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(UNREAD)
     except OSError as error:  # a name that is too long, links in a circle, a folder that may not be read
         where = f"'{error.filename}': " if error.filename is not None else ""
         _fail(f"{where}{error.strerror or error}")
@@ -102,17 +104,6 @@ def _with_variant(words: list[str]) -> list[str]:
             del rest[place : place + (1 if equals else 2)]
             break
     return rest
-
-
-def _terminate(*_: object) -> None:
-    """Ends as any other error would: what is being written is cleared away."""
-    sys.exit(TERMINATED)
-
-
-def _silence() -> None:
-    """Ends when whoever read the result, such as `head`, has gone: not an error, and nothing more can be told."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    sys.exit(UNREAD)
 
 
 def _fail(message: str) -> None:

@@ -41,7 +41,9 @@ def press(
     thing, shear = parse_object(object), _pair("shear_mm", shear_mm)
     if curve is not None:
         others = {"shear_mm": shear != (0.0, 0.0), "twist_deg": twist_deg != 0, "hold_s": hold_s != 0}
-        _refuse_beside_curve(others | {"speed_mm_s": speed_mm_s is not None})
+        for name, is_given in (others | {"speed_mm_s": speed_mm_s is not None}).items():
+            if is_given:
+                raise ConfigError(f"{name} is not allowed with curve: a curve is a straight press without time")
         title = f"{object} pressed into {design}" + (f", friction {friction:g}" if friction else "")
         values = _curve(block, thing, depth_mm, points, friction, curve, title)
         print_result(values, as_json=json)
@@ -106,11 +108,6 @@ def _curve(
         found = press_curve(block, thing, depths, friction=friction, progress=progress)
     write_curve(found, target, title=title)
     return found.result.as_dict() | {"curve": str(target)}
-
-
-def _refuse_beside_curve(others: dict[str, bool]) -> None:
-    for name in (name for name, is_given in others.items() if is_given):
-        raise ConfigError(f"{name} is not allowed with curve: a curve is a straight press without time")
 
 
 def _pair(name: str, text: str) -> tuple[float, float]:

@@ -85,14 +85,10 @@ class Manifest(FolderIndex):
         return {name: Listed(sha256=digest) for name, digest in self.files.items()} | shards
 
 
-def _has_episodes(out: Path, manifest: Manifest) -> bool:
-    return bool(manifest.shards or manifest.failed) or any(out.glob(STAGED))
-
-
 FOLDER = RunFolder(
     index=MANIFEST, model=Manifest, noun="dataset", content="dataset", beside=PREVIEW_FILES,
     other=f"a dataset of another recipe (see its {CONFIG}, and the files that it names)",
-    is_worth_keeping=_has_episodes,
+    is_worth_keeping=lambda out, index: bool(index.shards or index.failed) or any(out.glob(STAGED)),
 )  # fmt: skip
 read_manifest = FOLDER.read_index
 

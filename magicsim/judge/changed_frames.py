@@ -45,7 +45,8 @@ def changed_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, wor
     """Frames whose verdict changed in the direction of a change."""
     is_contact = measure in CONTACT_MEASURES
     old, new = (before.contact, now.contact) if is_contact else (before.proximity, now.proximity)
-    scored = set(range(len(old))) if is_contact else _outside_contact(now)
+    # proximity is not scored during contact
+    scored = set(range(len(old)) if is_contact else np.flatnonzero(~(now.labels.gap_mm <= 0)).tolist())
     changed = [
         (_truth(now, place), old[place], new[place])
         if place in scored and _became_worse(now, place, old[place], new[place], is_contact) is worse
@@ -75,11 +76,6 @@ def score_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, worse
         )
 
     return [run(truth, places) for truth, places in runs(changed) if truth is not None]
-
-
-def _outside_contact(episode: JudgedEpisode) -> set[int]:
-    """Frames without contact: proximity is not scored during it."""
-    return set(np.flatnonzero(~(episode.labels.gap_mm <= 0)).tolist())
 
 
 def _became_worse(episode: JudgedEpisode, place: int, old: str, new: str, is_contact: bool) -> bool | None:

@@ -64,7 +64,7 @@ class LiveWindow:
         space = workspace or Workspace(x_mm=(-4, 4), y_mm=(-4, 4), gap_mm=(-2, 20))
         self.folder, self.workspace, self._told = folder, space, told
         self._session = Session(scene, quality=find_quality(quality), workspace=space, told=self._tell)
-        self._worker = Worker(self._session, self._show, self._fail)
+        self._worker = Worker(self._session, self._show, self._refuse)
         self._shown_scene: SceneConfig | None = None
         self._sight: Sight | None = None
         self._refusal: str | None = None
@@ -227,9 +227,6 @@ class LiveWindow:
     def _refuse(self, why: str) -> None:
         self._refusal = why
         self._state.content = state_line(self._worker.busy, why)
-
-    def _fail(self, line: str) -> None:
-        self._refuse(line)
 
     def _tell(self, line: str) -> None:
         self._worker.told(line)

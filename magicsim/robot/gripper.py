@@ -11,7 +11,6 @@ from typing import Self
 from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError, MagicsimError
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.geometry.objects.kinds import AnyObject
 from magicsim.geometry.pose import Pose
 from magicsim.robot.fingers import SIDES, ObjectPlace, finger_pose, half_extents_mm, seen_by
 from magicsim.robot.grip.held import settle
@@ -86,8 +85,9 @@ class Gripper:
                 scene, workspace=workspace, quality=quality, companion=companion, told=told,
                 opposite=(lambda: self.lower.sensor) if unlike else None,
             )  # fmt: skip
+            facing = {"object": seen_by("lower", scene.object)}
             self.lower = LiveSensor(
-                _facing(lower or _with_next_pattern(scene), scene.object), workspace=_facing_range(workspace),
+                (lower or _with_next_pattern(scene)).model_copy(update=facing), workspace=_facing_range(workspace),
                 quality=quality, companion=companion, told=told,
                 opposite=(lambda: self.upper.sensor) if unlike else None,
             )  # fmt: skip
@@ -355,10 +355,6 @@ class Gripper:
             msg = f"width_mm = {width_mm:g} is not allowed: the fingers would pass through each other, must be above 0"
             raise ConfigError(msg)
         self.linkage.check(width_mm)
-
-
-def _facing(scene: SceneConfig, target: AnyObject) -> SceneConfig:
-    return scene.model_copy(update={"object": seen_by("lower", target)})
 
 
 def _facing_range(workspace: Workspace) -> Workspace:

@@ -10,9 +10,8 @@ from magicsim.arrays import Array
 from magicsim.camera.viewing import focal_px, landing_mm
 from magicsim.errors import ConfigError
 from magicsim.geometry.indenter import Indenter, place_object
-from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.scenes.refusals import object_problem
-from magicsim.scenes.scene import Keyframe, SceneConfig
+from magicsim.scenes.scene import SceneConfig
 
 RIM_POINTS = 64
 """Points along each edge of the contact face at which an object is looked for."""
@@ -78,7 +77,9 @@ def _reach_mm(scene: SceneConfig) -> Array:
 def _object(scene: SceneConfig) -> list[str]:
     target = scene.object
     places = [
-        (each.frame, _posed(target, each)) for each in scene.keyframes if target is not None and each.gap_mm is not None
+        (at.frame, place_object(target, gap_mm=at.gap_mm, x_mm=at.x_mm, y_mm=at.y_mm, twist_deg=at.twist_deg))
+        for at in scene.keyframes
+        if target is not None and at.gap_mm is not None
     ]
     if not places:
         return []
@@ -92,17 +93,13 @@ def _object(scene: SceneConfig) -> list[str]:
             "lies before the face is felt"
         )
     rim = _rim_mm(face)
-    over = [frame for frame, pose in places if _presses(pose, rim)]
+    over = [frame for frame, pose in places if (pose.distance(rim)[0] < 0).any()]
     if over:
         found.append(
             f"the object presses on the rim of the contact face from keyframe {over[0]} on: what presses beside the "
             "face is left out, so forces are too small there"
         )
     return found
-
-
-def _posed(target: ObjectBase, at: Keyframe) -> Indenter:
-    return place_object(target, gap_mm=at.gap_mm or 0.0, x_mm=at.x_mm, y_mm=at.y_mm, twist_deg=at.twist_deg)
 
 
 def _extent_mm(indenter: Indenter, axis: int) -> float:
@@ -117,7 +114,3 @@ def _rim_mm(face_mm: Array) -> Array:
     x = np.concatenate([along, along, half, -half])
     y = np.concatenate([half, -half, along, along])
     return np.stack([x * face_mm[0], y * face_mm[1], np.zeros(4 * RIM_POINTS)], -1)
-
-
-def _presses(indenter: Indenter, points_mm: Array) -> bool:
-    return bool((indenter.distance(points_mm)[0] < 0).any())

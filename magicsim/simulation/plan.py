@@ -93,9 +93,10 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
     kept += [Decision(stage="every frame in order", reason=f"rig.{why}") for why in scene.rig.camera.history]
     if scene.rig.camera.live is not None:
         kept.append(Decision(stage="untouched frame", reason="rig.camera.live: refused if it never settles there"))
+    alike = [as_seen(scene.design, state) == UNTOUCHED for state in untouched]
     references = tuple(
-        FramePlan(state=state, solve=False, same_as=UNTOUCHED_FRAME if _looks_untouched(scene, state) else None)
-        for state in untouched
+        FramePlan(state=state, solve=False, same_as=UNTOUCHED_FRAME if is_alike else None)
+        for state, is_alike in zip(untouched, alike, strict=True)
     )
     return ScenePlan(
         scene=scene, references=references, frames=tuple(frames), kept=tuple(kept), left_out=tuple(left_out)
@@ -108,10 +109,6 @@ def as_seen(design: ElastomerDesign, state: FrameState) -> FrameState:
         return state
     hidden = replace(state, flashlight=False, light_x_mm=0.0, facing_mm=None, passing_mm=None, companion=None)
     return hidden if state.can_touch else UNTOUCHED
-
-
-def _looks_untouched(scene: SceneConfig, state: FrameState) -> bool:
-    return as_seen(scene.design, state) == UNTOUCHED
 
 
 def _explain(

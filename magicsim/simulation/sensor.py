@@ -18,7 +18,7 @@ from magicsim.deform.indentation.press import compile_kernels
 from magicsim.deform.lattice.follow import follow_map
 from magicsim.deform.lattice.relaxation import Branches, body_branches
 from magicsim.deform.lattice.structure import Lattice, build_lattice
-from magicsim.deform.lattice.zone import Zone, contact_zone
+from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.solve.factorise import on_one_blas_thread
 from magicsim.deform.solve.load_step import is_there
 from magicsim.deform.solve.path import ContactSolver
@@ -99,7 +99,9 @@ class Sensor:
         self.elastomer: Elastomer = build_elastomer(design, facet_mm=self.settings.facet_mm)
         self.printed: Lattice = build_lattice(design)
         """All planes of the design's lattice, which the displacements of an episode refer to."""
-        self.lattice: Lattice = build_lattice(design, zone=self._zone())
+        placed = [self.indenter(state) for state in self.states if state.can_touch]
+        zone = contact_zone([indenter for indenter in placed if indenter is not None], design)
+        self.lattice: Lattice = build_lattice(design, zone=zone)
         """The lattice that is solved: as fine where the object can touch, coarser elsewhere."""
         self._printed_nodes = follow_map(self.lattice, self.printed.nodes_mm)
         self.markers = marker_map(design, self.lattice)
@@ -179,10 +181,6 @@ class Sensor:
     def opposite(self) -> "Sensor | None":
         """The sensor that may face this one, None where it is one like this."""
         return self._opposite() if self._opposite is not None else None
-
-    def _zone(self) -> Zone | None:
-        placed = [self.indenter(state) for state in self.states if state.can_touch]
-        return contact_zone([indenter for indenter in placed if indenter is not None], self.design)
 
     def _build_renderer(self, untouched: UntouchedStates | None) -> Renderer:
         surface, finish = None, None

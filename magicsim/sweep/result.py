@@ -97,12 +97,9 @@ class SweepIndex(RunIndex):
     """Why there is no result, by number of the design."""
 
 
-def _has_results(out: Path, _index: SweepIndex) -> bool:
-    return any((out / DESIGNS).glob("*.json"))
-
-
 FOLDER = RunFolder(
-    index=INDEX, model=SweepIndex, noun="sweep", content="sweep", is_worth_keeping=_has_results,
+    index=INDEX, model=SweepIndex, noun="sweep", content="sweep",
+    is_worth_keeping=lambda out, _: any((out / DESIGNS).glob("*.json")),
     title=f"A sweep of magicsim, everything in place: `magicsim sweep {CONFIG}`",
 )  # fmt: skip
 

@@ -74,10 +74,6 @@ class RunIndex(FolderIndex):
 Index = TypeVar("Index", bound=FolderIndex)
 
 
-def _always(_out: Path, _index: object) -> bool:
-    return True
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunFolder(Generic[Index]):
     """How one kind of run keeps its folder."""
@@ -95,7 +91,7 @@ class RunFolder(Generic[Index]):
     """What a folder holds whose index has another hash; another *noun* by default."""
     beside: frozenset[str] = frozenset()
     """Names of files that another list answers for."""
-    is_worth_keeping: Callable[[Path, Index], bool] = _always
+    is_worth_keeping: Callable[[Path, Index], bool] = lambda _out, _index: True
     """Whether a folder with an index holds what only `--resume` may go on with."""
 
     def check(self, out: Path, *, resume: bool) -> None:

@@ -8,7 +8,6 @@ from typing import Any
 
 import manifold3d
 import numpy as np
-import numpy.typing as npt
 import trimesh
 
 from magicsim.arrays import Array
@@ -83,7 +82,8 @@ def body_solid(model: MjModel, body: int, geoms: Sequence[int]) -> tuple[Shape, 
         turn = np.zeros(9)
         engine().mju_quat2Mat(turn, model.geom_quat[geom])
         vertices = mesh.vertices @ turn.reshape(3, 3).T + MM * model.geom_pos[geom]
-        parts.append(_manifold(vertices, mesh.faces))
+        triangles = manifold3d.Mesh64(np.ascontiguousarray(vertices), mesh.faces.astype(np.uint64))
+        parts.append(manifold3d.Manifold(triangles))
     whole = manifold3d.Manifold.batch_boolean(parts, manifold3d.OpType.Add)
     shape = MeshShape.of(from_manifold(whole))
     check_size(model.body(body).name, shape)
@@ -165,10 +165,6 @@ def _mesh_shape(model: MjModel, geom: int, name: str) -> MeshShape:
 
 def _edge_mm(*half_sizes_mm: float) -> float:
     return min(EDGE_RADIUS_MM, EDGE_SHARE * min(half_sizes_mm))
-
-
-def _manifold(vertices: Array, faces: npt.NDArray[np.int32]) -> manifold3d.Manifold:
-    return manifold3d.Manifold(manifold3d.Mesh64(np.ascontiguousarray(vertices), faces.astype(np.uint64)))
 
 
 LINEAR_KNEE, LINEAR_SLOPE = 0.04045, 12.92

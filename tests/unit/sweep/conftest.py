@@ -2,8 +2,8 @@ from pathlib import Path
 
 import pytest
 
+from magicsim.sweep.comparison import DesignTask
 from magicsim.sweep.designs import list_designs
-from magicsim.sweep.judge import DesignTask
 from magicsim.sweep.result import DesignResult
 from magicsim.workers.attempt import Outcome, attempt
 

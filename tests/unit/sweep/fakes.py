@@ -9,8 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from magicsim.errors import GeometryError
-from magicsim.sweep.comparison import DesignJudge, run_sweep
-from magicsim.sweep.judge import DesignTask
+from magicsim.sweep.comparison import DesignJudge, DesignTask, run_sweep
 from magicsim.sweep.measures import MEASURES, Measured
 from magicsim.sweep.parts import block_of
 from magicsim.sweep.result import DesignResult

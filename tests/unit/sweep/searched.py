@@ -7,8 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from magicsim.errors import GeometryError
-from magicsim.sweep.comparison import DesignJudge, run_sweep
-from magicsim.sweep.judge import DesignTask
+from magicsim.sweep.comparison import DesignJudge, DesignTask, run_sweep
 from magicsim.sweep.measures import Measured
 from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.workers.attempt import WorkerOptions

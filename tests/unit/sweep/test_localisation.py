@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from magicsim.sweep.localisation import change_centroids, left_out_predictions
+from magicsim.sweep.parts import change_centroids, left_out_predictions
 
 
 def test_centroid_of_a_change_is_where_it_is():

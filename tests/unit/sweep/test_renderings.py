@@ -52,7 +52,7 @@ def test_rooms_come_by_turns_beside_the_draws():
 
 
 def test_rows_name_camera_and_print_of_every_rendering():
-    from magicsim.sweep.judge import DesignTask, judge_design
+    from magicsim.sweep.comparison import DesignTask, judge_design
     from magicsim.sweep.result import DesignResult
 
     sweep = small_sweep(*DRAWS, "measures=['printability']", "objectives=[{measure='printability'}]")

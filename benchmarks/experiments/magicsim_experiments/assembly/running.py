@@ -18,21 +18,24 @@ from magicsim.robot.gripper import Gripper
 from magicsim.robot.live import MAX_SEED
 from magicsim.robot.quality import find_quality
 from magicsim.scenes.scene import SceneConfig
-from magicsim_experiments.assembly.cues import PROFILE, Reader, check_references, structural_similarity
 from magicsim_experiments.assembly.meeting import Contact, Jack
 from magicsim_experiments.assembly.playing import play
 from magicsim_experiments.assembly.stages import Misalignment, Spread, draw_misalignments, timeline
 from magicsim_experiments.assembly.summary import AssemblySummary, Trial, draw_series, played_out, summarise
 from magicsim_experiments.assembly.trial import (
     MASS_G,
+    PROFILE,
     SPACE,
     SPEED_MM_S,
     SQUEEZE_MM,
     Gripped,
     Moment,
+    Reader,
     Setup,
     base_of,
     check_plug,
+    check_references,
+    structural_similarity,
     take_plug,
 )
 from magicsim_experiments.task.growing import (

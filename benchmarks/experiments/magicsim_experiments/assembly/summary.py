@@ -12,8 +12,8 @@ from scipy.stats import binomtest
 
 from magicsim.robot.grip.load import Hold
 from magicsim.sampling.bootstrap import CONFIDENCE
-from magicsim_experiments.assembly.cues import Cues
 from magicsim_experiments.assembly.stages import BEFORE, EARLY, Misalignment, TrialStage
+from magicsim_experiments.assembly.trial import Cues
 from magicsim_experiments.task.summary import reasons_of
 
 COLORS = {"aligned": "tab:green", "offset": "tab:red", "angle": "tab:orange"}

@@ -114,7 +114,8 @@ def load_weights(network: nn.Module, content: bytes, *, source: str = "the model
     try:
         weights = load(content)
     except (SafetensorError, ValueError, KeyError, TypeError, AttributeError, RuntimeError) as error:
-        raise ConfigError(f"model '{source}' holds no weights that can be read: {_first_line(error)}") from None
+        why = str(error).partition("\n")[0] or type(error).__name__
+        raise ConfigError(f"model '{source}' holds no weights that can be read: {why}") from None
     for name, wanted in network.state_dict().items():
         found = weights.get(name)
         if found is None or found.shape != wanted.shape or found.dtype != wanted.dtype:
@@ -129,7 +130,3 @@ def load_weights(network: nn.Module, content: bytes, *, source: str = "the model
 
 def _kind(tensor: torch.Tensor) -> str:
     return f"{str(tensor.dtype).removeprefix('torch.')} of shape {list(tensor.shape)}"
-
-
-def _first_line(error: Exception) -> str:
-    return str(error).partition("\n")[0] or type(error).__name__

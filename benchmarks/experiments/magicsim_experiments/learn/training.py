@@ -124,7 +124,8 @@ def train(
             group["lr"] = rate
         order = np.random.default_rng([seed, epoch]).permutation(split.train)
         train_loss = _pass(network, optimizer, images, targets, _batches(order, settings.batch), samples.labels, device)
-        loss = _loss_of(network, images, targets, split.validation, samples.labels, settings.batch, device)
+        outputs = torch.from_numpy(_outputs(network, images, split.validation, settings.batch, device))
+        loss = float(label_loss(outputs, targets[split.validation], samples.labels))
         state["log"].append({
             "epoch": epoch, "train_loss": train_loss, "validation_loss": loss, "learning_rate": rate,
         })  # fmt: skip
@@ -179,14 +180,6 @@ def _pass(
         optimizer.step()
         total, count = total + float(loss.detach()) * len(rows), count + len(rows)
     return total / max(1, count)
-
-
-def _loss_of(
-    network: torch.nn.Module, images: torch.Tensor, targets: torch.Tensor, rows: Index, labels: tuple[Label, ...],
-    batch: int, device: torch.device,
-) -> float:  # fmt: skip
-    outputs = torch.from_numpy(_outputs(network, images, rows, batch, device))
-    return float(label_loss(outputs, targets[rows], labels))
 
 
 def _outputs(

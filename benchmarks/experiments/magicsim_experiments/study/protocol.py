@@ -39,6 +39,11 @@ class Column:
     digits: int = 3
     """Decimals on the page; files have all of them."""
 
+    @property
+    def about(self) -> dict[str, str]:
+        """What a file says of it."""
+        return {name: value for name, value in (("title", self.title), ("unit", self.unit)) if value}
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:

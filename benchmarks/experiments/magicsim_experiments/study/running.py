@@ -29,7 +29,6 @@ from magicsim_experiments.study.protocol import (
     TABLES,
     Cell,
     Column,
-    Stage,
     Study,
     StudyIndex,
     StudyResult,
@@ -113,7 +112,7 @@ def result_dict(study: Study, found: StudyResult) -> dict[str, Any]:
 def table_parquet(table: Table) -> bytes:
     """A table as a Parquet file, title and unit of every column in its metadata."""
     fields = [
-        pa.field(each.name, _kind(row.get(each.name) for row in table.rows), metadata=_about(each.title, each.unit))
+        pa.field(each.name, _kind(row.get(each.name) for row in table.rows), metadata=each.about or None)
         for each in table.columns
     ]
     rows = [{each.name: row.get(each.name) for each in table.columns} for row in table.rows]
@@ -125,11 +124,6 @@ def _kind(values: Iterable[object]) -> pa.DataType:
     if any(isinstance(value, float) for value in present) or not present:
         return pa.float64()
     return pa.array(present).type
-
-
-def _about(title: str, unit: str) -> dict[str, str] | None:
-    about = {name: value for name, value in (("title", title), ("unit", unit)) if value}
-    return about or None
 
 
 Progress = Callable[[float, float, str], None]
@@ -166,8 +160,9 @@ def estimate_study(study: Study, *, processes: int, folder: Path | None = None) 
     Args:
         folder: Where a part of it is done already.
     """
+    done = {stage.name for stage in study.stages() if folder is not None and stage.is_done(folder)}
     return [
-        StageEstimate(stage=stage.name, core_seconds=0.0 if _is_done(stage, folder) else stage.core_seconds(processes))
+        StageEstimate(stage=stage.name, core_seconds=0.0 if stage.name in done else stage.core_seconds(processes))
         for stage in study.stages()
     ]
 
@@ -224,10 +219,6 @@ def run_study(
         study=study.config.kind, headline=dict(found.headline), seconds=round(time.perf_counter() - start, 3),
         report=str(out / REPORT), out=str(out),
     )  # fmt: skip
-
-
-def _is_done(stage: Stage, folder: Path | None) -> bool:
-    return folder is not None and stage.is_done(folder)
 
 
 @dataclass(slots=True, kw_only=True)

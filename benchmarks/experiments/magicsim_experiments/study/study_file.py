@@ -129,8 +129,8 @@ def load_study(
     if design is not None:
         data["design"] = design
     first = [each for each in overrides if "." not in each.partition("=")[0]]
-    data = apply_overrides(data, first)
-    if isinstance(own, Mapping) and isinstance(data.get("design"), str) and not _is_set("name", first):
+    data, set_here = apply_overrides(data, first), {each.partition("=")[0].strip() for each in first}
+    if isinstance(own, Mapping) and isinstance(data.get("design"), str) and "name" not in set_here:
         data = found.settings.of_another_design(data)
     data.setdefault("design", DESIGN)
     if "rig" not in data:
@@ -142,10 +142,6 @@ def load_study(
     study = found(validate(found.settings, data, source=path.name))
     study.refuse()
     return study
-
-
-def _is_set(key: str, overrides: Sequence[str]) -> bool:
-    return any(each.partition("=")[0].strip() == key for each in overrides)
 
 
 def without_small_form(data: Mapping[str, Any], *, source: str, quick: bool) -> dict[str, Any]:

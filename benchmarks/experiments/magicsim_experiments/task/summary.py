@@ -7,7 +7,7 @@ from typing import Any
 from magicsim.detectors.grasp import GraspStage
 from magicsim.detectors.verdict import Proximity
 from magicsim.judge.measures import exact_share
-from magicsim_experiments.task.episode import GraspFrame, GraspRecord
+from magicsim_experiments.task.episode import GraspRecord
 from magicsim_experiments.task.settings import Item
 from magicsim_experiments.task.story import Story
 
@@ -74,12 +74,13 @@ def judge_episode(recorded: GraspRecord, item: Item, story: Story, *, frames_per
     is_missed = pulled is not None and (delay is None or delay >= SEEN_WITHIN)
     is_crushed = largest > item.crush_n
     is_clean = not (false_slips or false_closes or is_dropped or is_crushed or is_missed or recorded.error)
+    waits_at_a = rows[-1].stage == GraspStage.WAITING and rows[-1].carriage_mm == 0
     lit = [row for row in rows if row.light]
     return GraspOutcome(
         episode=rows[0].episode,
         item=story.item,
         mass_g=item.mass_g,
-        is_completed=is_clean and (is_delivered or pulled is not None) and _waits_at_a(rows),
+        is_completed=is_clean and (is_delivered or pulled is not None) and waits_at_a,
         is_delivered=is_delivered,
         is_pulled=pulled is not None,
         slip_delay_frames=delay,
@@ -98,10 +99,6 @@ def judge_episode(recorded: GraspRecord, item: Item, story: Story, *, frames_per
         noise_share=sum(row.proximity == "Noise" for row in lit) / len(lit) if lit else None,
         error=recorded.error,
     )
-
-
-def _waits_at_a(rows: Sequence[GraspFrame]) -> bool:
-    return rows[-1].stage == GraspStage.WAITING and rows[-1].carriage_mm == 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

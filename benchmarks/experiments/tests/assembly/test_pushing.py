@@ -9,7 +9,7 @@ import pytest
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.grip.load import Hold
-from magicsim_experiments.assembly.pushing import LOST_MM, WITHIN, Pusher
+from magicsim_experiments.assembly.playing import LOST_MM, WITHIN, Pusher
 
 PLUG = parse_object("plug:radius_mm=4")
 MEETS_MM = 0.3

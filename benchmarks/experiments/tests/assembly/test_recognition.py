@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from magicsim_experiments.assembly.cues import Cues
 from magicsim_experiments.assembly.stages import Misalignment, Spread, TrialStage, draw_misalignments
 from magicsim_experiments.assembly.summary import CUES, Rate, change, recognise, unrecognised
+from magicsim_experiments.assembly.trial import Cues
 
 SPREAD = Spread()
 

@@ -13,10 +13,9 @@ from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.grip.load import Hold
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim_experiments.assembly import running
-from magicsim_experiments.assembly.cues import Reader
 from magicsim_experiments.assembly.stages import Misalignment, timeline
 from magicsim_experiments.assembly.summary import AssemblySummary
-from magicsim_experiments.assembly.trial import Moment
+from magicsim_experiments.assembly.trial import Moment, Reader
 
 TEXTURE = np.random.default_rng(0).integers(90, 110, (64, 48, 3), np.uint8)
 Run = Callable[..., AssemblySummary]

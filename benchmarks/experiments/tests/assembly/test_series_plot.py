@@ -1,6 +1,6 @@
-from magicsim_experiments.assembly.cues import Cues
 from magicsim_experiments.assembly.stages import Misalignment, TrialStage
 from magicsim_experiments.assembly.summary import draw_series, stage_ends_s
+from magicsim_experiments.assembly.trial import Cues
 
 LONG = (TrialStage.GRIP, TrialStage.FIRST, TrialStage.FIRST, TrialStage.FIRST, TrialStage.SECOND, TrialStage.OPEN)
 SHORT = (TrialStage.GRIP, TrialStage.FIRST, TrialStage.SECOND, TrialStage.SECOND)

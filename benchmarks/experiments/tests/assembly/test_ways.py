@@ -2,7 +2,7 @@ from itertools import pairwise
 
 import pytest
 
-from magicsim_experiments.assembly.pushing import carriage_ways, spread
+from magicsim_experiments.assembly.playing import carriage_ways, spread
 
 
 def test_ways_are_short_near_the_base_and_as_many_as_samples_far_from_it():

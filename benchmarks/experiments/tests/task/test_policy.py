@@ -1,7 +1,7 @@
 import pytest
 
 from magicsim.detectors.grasp import GraspStage
-from magicsim_experiments.task.carriage import command
+from magicsim_experiments.task.episode import command
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from magicsim.geometry.objects.kinds import parse_object
 from magicsim.robot.grip.load import Hold
 from magicsim.robot.gripper import Gripper
 from magicsim.scenes.scene import load_scene
-from magicsim_experiments.task.carriage import command
+from magicsim_experiments.task.episode import command
 from magicsim_experiments.task.settings import GraspConfig, Item
 from magicsim_experiments.task.story import Flashlight, Since, draw_story
 from magicsim_experiments.task.world import BEYOND_MM, SLIDE_MM, World, build_gripper

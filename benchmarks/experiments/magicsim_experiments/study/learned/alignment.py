@@ -15,8 +15,7 @@ from magicsim_experiments.learn.samples import Chosen, EpisodeRows, Label, Sampl
 from magicsim_experiments.learn.settings import LearningSettings
 from magicsim_experiments.study.learned.answers import read_answers
 from magicsim_experiments.study.learned.data import LearnedConfig
-from magicsim_experiments.study.learned.error_tables import answer_figures, compared_table, curve_figures
-from magicsim_experiments.study.learned.learned_study import LearnedStudy
+from magicsim_experiments.study.learned.learned_study import LearnedStudy, answer_figures, compared_table, curve_figures
 from magicsim_experiments.study.learned.localisation import touched_frames
 from magicsim_experiments.study.protocol import Stage, StudyConfig, StudyResult
 from magicsim_experiments.study.stages import DatasetStage

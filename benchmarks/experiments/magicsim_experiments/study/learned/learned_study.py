@@ -1,6 +1,9 @@
-"""What studies have in common that learn numbers from one dataset."""
+"""What studies have in common that learn numbers from one dataset.
 
-from collections.abc import Callable, Sequence
+Tables and figures of answers that are numbers: mean absolute errors by label, beside what simple answers give.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
@@ -8,7 +11,8 @@ from typing import ClassVar
 import numpy as np
 
 from magicsim.dataset.recipes.entries import PathRecipe
-from magicsim_experiments.learn.fitting import ANSWERS, Read
+from magicsim_experiments.learn.baselines import Score, mean_score
+from magicsim_experiments.learn.fitting import ANSWERS, METHODS, Read
 from magicsim_experiments.learn.samples import Label
 from magicsim_experiments.learn.settings import PACKAGES
 from magicsim_experiments.study.learned.answers import (
@@ -17,6 +21,7 @@ from magicsim_experiments.study.learned.answers import (
     beyond_rows,
     beyond_tables,
     checked_parts,
+    curve_answers,
     read_answers,
 )
 from magicsim_experiments.study.learned.data import (
@@ -26,9 +31,128 @@ from magicsim_experiments.study.learned.data import (
     learning_stage,
     refuse_few,
 )
-from magicsim_experiments.study.learned.error_tables import absolute_error, compared_table, curve_table, methods_table
-from magicsim_experiments.study.protocol import Cell, Stage, StudyConfig, Table
+from magicsim_experiments.study.plots import Series, plot_answers, plot_series
+from magicsim_experiments.study.protocol import Cell, Column, Figure, Row, Stage, StudyConfig, Table, column_of
 from magicsim_experiments.study.stages import LearningStage
+
+ERROR_COLUMNS = (
+    Column(name="error", title="mean absolute error", digits=4),
+    Column(name="sd", title="standard deviation", digits=4),
+    Column(name="low", title="95 % from", digits=4), Column(name="high", title="to", digits=4),
+    Column(name="frames"), Column(name="presses"),
+)  # fmt: skip
+SAID = {
+    "constant": "constant answer", "neighbour": "nearest neighbour", "linear": "linear fit of geometric features",
+}  # fmt: skip
+
+
+def absolute_error(found: Answers, method: str, label: Label, *, seed: int) -> Score:
+    """Mean absolute error of a method, over frames that have the label."""
+    missed = np.abs(found.of(method, label.name) - found.of("truth", label.name))
+    return mean_score(missed, found.column("press"), seed=seed)
+
+
+def error_row(first: Mapping[str, Cell], label: Label, score: Score) -> Row:
+    """A row of a table of errors."""
+    return {
+        **first, "label": label.name, "unit": label.unit, "error": score.value, "sd": score.sd, "low": score.low,
+        "high": score.high, "frames": score.frames, "presses": score.presses,
+    }  # fmt: skip
+
+
+def methods_table(folder: Path, stage: LearningStage, labels: Sequence[Label], *, seed: int) -> Table:
+    """Errors of the networks on unseen presses, beside the baselines."""
+    first, *others = stage.settings.networks
+    rows: list[Row] = []
+    for label in labels:
+        found = read_answers(folder, stage, "press")
+        if found is None:
+            continue
+        for method in METHODS:
+            name = first if method == "model" else SAID[method]
+            rows.append(error_row({"answer": name}, label, absolute_error(found, method, label, seed=seed)))
+            for other in others if method == "model" else ():
+                more = read_answers(folder, stage, other)
+                if more is not None:
+                    rows.append(error_row({"answer": other}, label, absolute_error(more, "model", label, seed=seed)))
+    columns = (Column(name="label"), Column(name="answer"), Column(name="unit"), *ERROR_COLUMNS)
+    return Table(name="errors", title="Errors on unseen presses", columns=columns, rows=tuple(rows))
+
+
+def compared_table(
+    parts: Mapping[str, Answers | None], labels: Sequence[Label], *, name: str, title: str, seed: int, note: str = ""
+) -> Table:
+    """Errors of the model on several sets of frames, by label.
+
+    Args:
+        parts: Sets of frames by what they are called; those that are None are left out.
+    """
+    rows = [
+        error_row({"frames_of": part}, label, absolute_error(found, "model", label, seed=seed))
+        for label in labels
+        for part, found in parts.items()
+        if found is not None and len(found)
+    ]
+    columns = (Column(name="label"), Column(name="frames_of", title="on"), Column(name="unit"), *ERROR_COLUMNS)
+    return Table(name=name, title=title, columns=columns, rows=tuple(rows), note=note)
+
+
+def curve_table(folder: Path, stage: LearningStage, labels: Sequence[Label], *, seed: int) -> Table:
+    """Errors against the number of training frames."""
+    rows = [
+        error_row({"train_frames": frames}, label, absolute_error(found, "model", label, seed=seed))
+        for frames, found in curve_answers(folder, stage)
+        for label in labels
+    ]
+    columns = (
+        Column(name="label"), Column(name="train_frames", title="training frames", digits=0), Column(name="unit"),
+        *ERROR_COLUMNS,
+    )  # fmt: skip
+    rows.sort(key=lambda row: [label.name for label in labels].index(str(row["label"])))
+    return Table(name="curve", title="Learning curve", columns=columns, rows=tuple(rows))
+
+
+def curve_figures(curve: Table, errors: Table, labels: Sequence[Label]) -> list[Figure]:
+    """The learning curve of each label, with its baselines as levels."""
+    figures = []
+    for label in labels:
+        rows = [row for row in curve.rows if row["label"] == label.name]
+        if not rows:
+            continue
+        own = [row for row in errors.rows if row["label"] == label.name]
+        levels = dict(zip((str(row["answer"]) for row in own), column_of(own, "error"), strict=True))
+        series = [
+            error_series("model", rows, "train_frames"),
+            *(Series(name=name, x=[], y=[levels[name]], is_level=True) for name in SAID.values() if name in levels),
+        ]  # fmt: skip
+        svg = plot_series(
+            series, x_title="training frames", y_title=f"mean absolute error [{label.unit}]",
+            name=f"curve-{label.name.replace('_', '-')}", label=f"Error of {label.name} against training frames",
+            log_x=True,
+        )  # fmt: skip
+        figures.append(Figure(name=f"curve-{label.name}", title=f"Learning curve of {label.name}", svg=svg))
+    return figures
+
+
+def answer_figures(found: Answers, labels: Sequence[Label]) -> list[Figure]:
+    """The model's answers against the truth, a figure a label."""
+    figures = []
+    for label in labels:
+        truth, answer = found.of("truth", label.name), found.of("model", label.name)
+        there = np.isfinite(truth)
+        if there.any():
+            name = f"answers-{label.name.replace('_', '-')}"
+            svg = plot_answers(
+                truth[there], answer[there], unit=label.unit, name=name, label=f"Answers of {label.name} against truth"
+            )
+            figures.append(Figure(name=name, title=f"Answers of {label.name}", svg=svg))
+    return figures
+
+
+def error_series(name: str, rows: Sequence[Row], x: str, y: str = "error") -> Series:
+    """A curve of errors with their intervals, from rows of a table."""
+    values = {key: column_of(rows, key) for key in (x, y, "low", "high")}
+    return Series(name=name, x=values[x], y=values[y], low=values["low"], high=values["high"])
 
 
 class LearnedStudy:

@@ -13,8 +13,7 @@ from magicsim_experiments.learn.baselines import change_features
 from magicsim_experiments.learn.samples import Chosen, EpisodeRows, Label, Samples, read_samples
 from magicsim_experiments.learn.settings import LearningSettings
 from magicsim_experiments.study.learned.data import LearnedConfig
-from magicsim_experiments.study.learned.error_tables import answer_figures, compared_table, curve_figures
-from magicsim_experiments.study.learned.learned_study import LearnedStudy
+from magicsim_experiments.study.learned.learned_study import LearnedStudy, answer_figures, compared_table, curve_figures
 from magicsim_experiments.study.protocol import StudyConfig, StudyResult
 
 LABELS = (

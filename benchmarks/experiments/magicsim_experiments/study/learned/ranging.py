@@ -15,16 +15,16 @@ from magicsim_experiments.learn.samples import Chosen, EpisodeRows, Label, Sampl
 from magicsim_experiments.learn.settings import LearningSettings
 from magicsim_experiments.study.learned.answers import Answers
 from magicsim_experiments.study.learned.data import LearnedConfig
-from magicsim_experiments.study.learned.error_tables import (
+from magicsim_experiments.study.learned.learned_study import (
     ERROR_COLUMNS,
     SAID,
+    LearnedStudy,
     absolute_error,
     answer_figures,
     curve_figures,
     error_row,
     error_series,
 )
-from magicsim_experiments.study.learned.learned_study import LearnedStudy
 from magicsim_experiments.study.plots import plot_series
 from magicsim_experiments.study.protocol import Column, Figure, Matrix, Row, StudyConfig, StudyResult, Table
 

@@ -22,7 +22,7 @@ from magicsim_experiments.study.learned.answers import (
     read_answers,
 )
 from magicsim_experiments.study.learned.data import LearnedConfig, data_stages, learning_stage, refuse_few, share_name
-from magicsim_experiments.study.learned.error_tables import SAID, error_series
+from magicsim_experiments.study.learned.learned_study import SAID, error_series
 from magicsim_experiments.study.plots import plot_series
 from magicsim_experiments.study.protocol import Column, Figure, Matrix, Row, Stage, StudyConfig, StudyResult, Table
 from magicsim_experiments.study.stages import DatasetStage, LearningStage

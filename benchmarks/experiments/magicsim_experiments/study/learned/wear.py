@@ -12,14 +12,14 @@ from magicsim_experiments.learn.fitting import Fit
 from magicsim_experiments.learn.samples import Label
 from magicsim_experiments.study.learned.answers import read_answers
 from magicsim_experiments.study.learned.data import share_name
-from magicsim_experiments.study.learned.error_tables import (
+from magicsim_experiments.study.learned.learned_study import (
     ERROR_COLUMNS,
+    LearnedStudy,
     absolute_error,
     answer_figures,
     error_row,
     error_series,
 )
-from magicsim_experiments.study.learned.learned_study import LearnedStudy
 from magicsim_experiments.study.learned.localisation import LABELS, read_touches, touched_frames
 from magicsim_experiments.study.learned.wear_settings import WearConfig
 from magicsim_experiments.study.plots import Series, plot_series
