@@ -23,7 +23,7 @@ from magicsim.geometry.pose import Pose
 from magicsim.light.records.untouched_store import shared_states
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import FrameState
-from magicsim.simulation.episode import SimulatedFrame
+from magicsim.simulation.episode import SimulatedFrame, truth_row
 from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor
 from magicsim.simulation.stream import stream_frames
@@ -98,37 +98,27 @@ def _of_scene(scene: SceneConfig, calibration: CameraCalibration) -> dict[str, A
 
 
 def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
-    truth, state = frame.truth, frame.truth.state
+    state = frame.truth.state
     pose = _pose(scene, state)
     depth, mask = frame.labels.depth_map_mm, frame.labels.contact_mask
     touch, taxels = frame.labels.touch, scene.output.taxels
-    return (touch_columns(touch, taxels) if touch is not None and taxels is not None else {}) | {
-        "image": _png(cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR)),
-        "step": truth.index,
-        "time_s": truth.time_s,
-        "is_reference": truth.is_reference,
-        "frame_class": str(truth.frame_class or ""),
-        "gap_mm": state.gap_mm,
-        "contact": truth.contact,
-        "depth_mm": truth.depth_mm,
-        "force_n": list(truth.force_n),
-        "torque_nmm": list(truth.torque_nmm),
-        "contact_area_mm2": truth.contact_area_mm2,
-        "contact_mask": _png(mask.astype(np.uint8) * 255) if mask is not None else None,
-        "depth_map_mm": np.rint(depth / DEPTH_STEP_MM) * DEPTH_STEP_MM + 0.0 if depth is not None else None,
-        "displacements_mm": frame.labels.displacements_mm,
-        "markers_mm": frame.labels.markers_mm,
-        "markers_px": frame.labels.markers_px,
-        "object_position_mm": pose.position_mm.tolist() if pose is not None else None,
-        "object_rotation": pose.rotation.ravel().tolist() if pose is not None else None,
-        "twist_deg": state.twist_deg,
-        "flashlight": state.flashlight,
-        "flashlight_x_mm": scene.rig.flashlight.x_mm + state.light_x_mm,
-        "passing_x_mm": state.passing_mm,
-        "light_way": frame.origin.light,
-        "image_way": frame.origin.image,
-        **asdict(truth.solve),
-    }
+    touched = touch_columns(touch, taxels) if touch is not None and taxels is not None else {}
+    return (
+        touched
+        | truth_row(frame)
+        | {
+            "image": _png(cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR)),
+            "contact_mask": _png(mask.astype(np.uint8) * 255) if mask is not None else None,
+            "depth_map_mm": np.rint(depth / DEPTH_STEP_MM) * DEPTH_STEP_MM + 0.0 if depth is not None else None,
+            "displacements_mm": frame.labels.displacements_mm,
+            "markers_mm": frame.labels.markers_mm,
+            "markers_px": frame.labels.markers_px,
+            "object_position_mm": pose.position_mm.tolist() if pose is not None else None,
+            "object_rotation": pose.rotation.ravel().tolist() if pose is not None else None,
+            "flashlight_x_mm": scene.rig.flashlight.x_mm + state.light_x_mm,
+            "passing_x_mm": state.passing_mm,
+        }
+    )
 
 
 def _pose(scene: SceneConfig, state: FrameState) -> Pose | None:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ from magicsim.detectors.verdict import NUMBERS, WORDS
 from magicsim.errors import ConfigError
 from magicsim.judge.verdicts import Judgement
 from magicsim.scenes.scene import TaxelSettings
-from magicsim.simulation.episode import Episode, SimulatedFrame, frame_file
+from magicsim.simulation.episode import Episode, SimulatedFrame, frame_file, truth_row
 from magicsim.simulation.touch_truth import TOUCH_COLUMNS, touch_columns
 
 TABLE = "episode.parquet"
@@ -94,16 +93,11 @@ def _schema(judgements: Sequence[Judgement], *, marked: bool, touch: dict[str, A
 
 
 def _row(frame: SimulatedFrame) -> dict[str, Any]:
-    truth, state = frame.truth, frame.truth.state
+    state = frame.truth.state
     moved, mask = frame.labels.displacements_mm, frame.labels.contact_mask
-    return {
-        "step": truth.index, "file": frame_file(truth.index), "time_s": truth.time_s,
-        "is_reference": truth.is_reference, "frame_class": str(truth.frame_class or ""),
-        "gap_mm": state.gap_mm if state.gap_mm is not None else math.nan, "x_mm": state.x_mm, "y_mm": state.y_mm,
-        "twist_deg": state.twist_deg, "flashlight": state.flashlight, "contact": truth.contact,
-        "depth_mm": truth.depth_mm, "force_n": list(truth.force_n), "torque_nmm": list(truth.torque_nmm),
-        "contact_area_mm2": truth.contact_area_mm2, "light_way": frame.origin.light, "image_way": frame.origin.image,
-        **asdict(truth.solve),
+    return truth_row(frame) | {
+        "file": frame_file(frame.truth.index), "x_mm": state.x_mm, "y_mm": state.y_mm,
+        "gap_mm": state.gap_mm if state.gap_mm is not None else math.nan,
         "contact_mask": {"bytes": _png(mask), "path": None} if mask is not None else None,
         "displacements_mm": moved.ravel() if moved is not None else None,
     }  # fmt: skip

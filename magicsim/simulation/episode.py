@@ -1,7 +1,7 @@
 """What one simulated episode holds: frames and ground truth."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from html import escape
 from pathlib import Path
 from typing import Any, TypeVar
@@ -200,6 +200,19 @@ class Episode:
 def frame_file(index: int) -> str:
     """Name of a frame's image inside the episode's folder."""
     return f"frames/{index:05d}.png"
+
+
+def truth_row(frame: SimulatedFrame) -> dict[str, Any]:
+    """Columns that the tables of episodes and of datasets share; the gap is None without an object."""
+    truth, state = frame.truth, frame.truth.state
+    return {
+        "step": truth.index, "time_s": truth.time_s, "is_reference": truth.is_reference,
+        "frame_class": str(truth.frame_class or ""), "gap_mm": state.gap_mm, "twist_deg": state.twist_deg,
+        "flashlight": state.flashlight, "contact": truth.contact, "depth_mm": truth.depth_mm,
+        "force_n": list(truth.force_n), "torque_nmm": list(truth.torque_nmm),
+        "contact_area_mm2": truth.contact_area_mm2, "light_way": frame.origin.light, "image_way": frame.origin.image,
+        **asdict(truth.solve),
+    }  # fmt: skip
 
 
 def truth_arrays(truths: Sequence[FrameTruth]) -> dict[str, npt.NDArray[Any]]:

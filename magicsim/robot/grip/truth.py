@@ -12,13 +12,29 @@ from magicsim.simulation.episode import FrameTruth, SimulatedFrame, Vector
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class GripTruth:
-    """What is true of both fingers and the object at once, in the gripper's frame."""
+class GripState:
+    """Where fingers and object are, in the gripper's frame."""
 
     width_mm: float
     """Distance between the contact faces at rest [mm]."""
     place: ObjectPlace
     """The object; where it was last, once it has dropped."""
+    hold: Hold = Hold.PLACED
+    """What became of the object in the last motion."""
+    load: Load = field(default_factory=Load)
+    """What acts on it beside the fingers, where these hold it."""
+    slid_mm: float = 0.0
+    """How far it slid over the skin in the last motion, the larger of both fingers [mm]."""
+    limit: str | None = None
+    """The coordinate of `place` at whose end in the workspace the object was still driven on, and counts as dropped."""
+    is_stalled: bool = False
+    """Whether the motors stopped at their force in the last motion."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GripTruth(GripState):
+    """What is true of both fingers and the object at once, in the gripper's frame."""
+
     force_n: Vector
     """Force of both fingers on the object [N]."""
     torque_nmm: Vector
@@ -29,18 +45,8 @@ class GripTruth:
     """The upper finger's, in its own frame."""
     lower: FrameTruth
     """The lower finger's, in its own frame."""
-    hold: Hold = Hold.PLACED
-    """What became of the object in the last motion."""
-    load: Load = field(default_factory=Load)
-    """What acts on it beside the fingers, where these hold it."""
-    slid_mm: float = 0.0
-    """How far it slid over the skin in the last motion, the larger of both fingers [mm]."""
-    limit: str | None = None
-    """The coordinate of `place` at whose end in the workspace the object was still driven on, and counts as dropped."""
     angle_deg: float = 0.0
     """Angle of the cranks [degrees]."""
-    is_stalled: bool = False
-    """Whether the motors stopped at their force in the last motion."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,26 +56,6 @@ class GripFrames:
     upper: SimulatedFrame
     lower: SimulatedFrame
     truth: GripTruth
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GripState:
-    """Where fingers and object are."""
-
-    width_mm: float
-    """Distance between the contact faces at rest [mm]."""
-    place: ObjectPlace
-    """The object."""
-    hold: Hold = Hold.PLACED
-    """What became of it in the last motion."""
-    load: Load = field(default_factory=Load)
-    """What acts on it, where the fingers hold it."""
-    slid_mm: float = 0.0
-    """How far it slid over the skin in the last motion [mm]."""
-    limit: str | None = None
-    """The coordinate at whose end in the workspace it was lost."""
-    is_stalled: bool = False
-    """Whether the motors stopped at their force in the last motion."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,17 +76,7 @@ def grip_truth(state: GripState, upper: FrameTruth, lower: FrameTruth, *, angle_
         force += acting
         torque += np.cross(pose.position_mm - origin, acting) - pose.rotation @ np.array(truth.torque_nmm)
     return GripTruth(
-        width_mm=state.width_mm,
-        place=state.place,
-        force_n=as_vector(force),
-        torque_nmm=as_vector(torque),
-        imbalance_n=upper.force_n[2] - lower.force_n[2],
-        upper=upper,
-        lower=lower,
-        hold=state.hold,
-        load=state.load,
-        slid_mm=state.slid_mm,
-        limit=state.limit,
+        **{name: getattr(state, name) for name in GripState.__slots__}, force_n=as_vector(force),
+        torque_nmm=as_vector(torque), imbalance_n=upper.force_n[2] - lower.force_n[2], upper=upper, lower=lower,
         angle_deg=angle_deg,
-        is_stalled=state.is_stalled,
-    )
+    )  # fmt: skip
