@@ -17,7 +17,7 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from magicsim.arrays import AnyArray, Index, Mask
-from magicsim.dataset.export.source import BYTES, MATRIX, Source, open_dataset
+from magicsim.dataset.export.source import BYTES, MATRIX, Source, matrix, open_dataset
 from magicsim.dataset.manifest import check_size
 from magicsim.dataset.shard import Column, decoded_png
 from magicsim.errors import ConfigError, OutputError, unknown_choice
@@ -218,8 +218,7 @@ def _is_whole(path: Path, schema: pa.Schema, rows: int) -> bool:
 def _plain_value(column: Column, value: pa.Scalar) -> Any:  # noqa: ANN401 - as the column has them
     kind = column.feature["_type"]
     if kind == MATRIX:
-        inner = value.values
-        return np.asarray(inner.flatten().to_numpy(zero_copy_only=False)).reshape(len(inner), -1)
+        return matrix(value)
     if kind == "Sequence":
         plain = value.as_py()
         return np.array(plain if plain is not None else column.empty)

@@ -58,13 +58,11 @@ def finger_pose(side: Side, width_mm: float) -> Pose:
     return Pose(position_mm=rotation @ np.array([0.0, 0.0, width_mm / 2]), rotation=rotation)
 
 
-def seen_by(side: Side, target: AnyObject) -> AnyObject:
-    """The object with its orientation in a finger's frame.
+def seen_by_lower(target: AnyObject) -> AnyObject:
+    """The object with its orientation in the lower finger's frame; in the upper one's it is the gripper's.
 
     Half a turn about y before Rz(yaw) Ry(pitch) Rx(roll) is Rz(-yaw) Ry(180 + pitch) Rx(roll).
     """
-    if side == "upper":
-        return target
     return target.model_copy(update={"pitch_deg": target.pitch_deg + HALF_TURN_DEG, "yaw_deg": -target.yaw_deg})
 
 

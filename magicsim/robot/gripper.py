@@ -12,7 +12,7 @@ from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError, MagicsimError
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
-from magicsim.robot.fingers import SIDES, ObjectPlace, finger_pose, half_extents_mm, seen_by
+from magicsim.robot.fingers import SIDES, ObjectPlace, finger_pose, half_extents_mm, seen_by_lower
 from magicsim.robot.grip.held import settle
 from magicsim.robot.grip.linkage import Linkage, close_until
 from magicsim.robot.grip.load import Hold, Load
@@ -85,7 +85,7 @@ class Gripper:
                 scene, workspace=workspace, quality=quality, companion=companion, told=told,
                 opposite=(lambda: self.lower.sensor) if unlike else None,
             )  # fmt: skip
-            facing = {"object": seen_by("lower", scene.object)}
+            facing = {"object": seen_by_lower(scene.object)}
             self.lower = LiveSensor(
                 (lower or _with_next_pattern(scene)).model_copy(update=facing), workspace=_facing_range(workspace),
                 quality=quality, companion=companion, told=told,

@@ -43,16 +43,13 @@ def usable_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def choose_workers(
-    workers: int | None, *, cluster: str | None = None, timeout_s: float | None = None, retries: int = 2
-) -> WorkerOptions:
+def choose_workers(workers: int | None, *, cluster: str | None = None, timeout_s: float | None = None) -> WorkerOptions:
     """Options from what a user asked for.
 
     Args:
         workers: Processes on this machine; one for each core by default.
         cluster: Address of a dask.distributed scheduler.
         timeout_s: Longest time for one attempt [s].
-        retries: Further attempts after a failure that may pass.
 
     Raises:
         ConfigError: A number is not allowed, or both workers and a cluster were named.
@@ -63,7 +60,7 @@ def choose_workers(
         raise ConfigError(f"workers = {workers} is not allowed with a cluster, which has workers of its own")
     if cluster is not None and "://" not in cluster:
         raise ConfigError(f"cluster = '{cluster}' is not allowed: must be an address such as tcp://scheduler:8786")
-    return WorkerOptions(workers=workers or usable_cores(), cluster=cluster, timeout_s=timeout_s, retries=retries)
+    return WorkerOptions(workers=workers or usable_cores(), cluster=cluster, timeout_s=timeout_s)
 
 
 ResultT = TypeVar("ResultT")

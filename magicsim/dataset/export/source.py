@@ -154,9 +154,10 @@ def numbers(table: pa.Table, column: Column) -> list[npt.NDArray[Any]]:
     if column.feature["_type"] == VECTOR:
         missing = [float("nan")] * column.feature["length"]
         return [np.array(value if value is not None else missing) for value in values.to_pylist()]
-    return [_matrix(values[place]) for place in range(len(values))]
+    return [matrix(values[place]) for place in range(len(values))]
 
 
-def _matrix(value: pa.ListScalar) -> npt.NDArray[Any]:
+def matrix(value: pa.ListScalar) -> npt.NDArray[Any]:
+    """One entry of an `Array2D` column."""
     inner = value.values
     return np.asarray(inner.flatten().to_numpy(zero_copy_only=False)).reshape(len(inner), -1)

@@ -138,14 +138,8 @@ def draw_episodes(recipe: Recipe) -> Drawn[DrawnEpisode]:
 def drawn_names(recipe: Recipe) -> list[str]:
     """Names of all values that an episode of the recipe may have, sorted."""
     names = [f"sensor.{name}" for name, number in _tolerances(recipe).items() if isinstance(number, Distribution)]
-    names += [
-        f"sensor.{name}"
-        for entry in recipe.rooms
-        for name, number in entry.numbers().items()
-        if isinstance(number, Distribution)
-    ]
     names += [f"camera.{name}" for name, number in _camera(recipe).items() if isinstance(number, Distribution)]
-    for group, entries in (("object", recipe.objects), ("path", recipe.paths)):
+    for group, entries in (("sensor", recipe.rooms), ("object", recipe.objects), ("path", recipe.paths)):
         for entry in entries:
             numbers = entry.numbers().items()
             names += [f"{group}.{name}" for name, number in numbers if isinstance(number, Distribution)]

@@ -9,7 +9,7 @@ from magicsim.robot.fingers import (
     finger_motion,
     finger_pose,
     half_extents_mm,
-    seen_by,
+    seen_by_lower,
 )
 
 
@@ -33,7 +33,7 @@ def test_both_fingers_see_one_and_the_same_object(line: str):
     found = {}
     for side in SIDES:
         motion = finger_motion(side, place, width, extents)
-        indenter = place_object(seen_by(side, target), **motion)
+        indenter = place_object(target if side == "upper" else seen_by_lower(target), **motion)
         mesh = indenter.pose.to_sensor(indenter.shape.mesh().vertices)
         found[side] = finger_pose(side, width).to_sensor(mesh)
         origin = finger_pose(side, width).to_sensor(indenter.pose.position_mm[None])[0]
