@@ -17,10 +17,9 @@ import numpy.typing as npt
 
 from magicsim.arrays import Array, FloatImage, Frame
 from magicsim.camera.camera import Camera
-from magicsim.camera.codecs import VideoCodec
 from magicsim.camera.disturbances import between_frames, flicker_share, led_drift, readout_fits, readout_problem
 from magicsim.camera.effect_settings import H264, LiveExposure, correction_share
-from magicsim.camera.exposure import Exposure, Lit, aimed_signal, expose, meter, sensed
+from magicsim.camera.exposure import Exposure, Lit, VideoCodec, aimed_signal, expose, meter, sensed
 from magicsim.errors import RenderError
 
 FAINTEST = 1e-6

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import tomli_w
 
-from magicsim.camera.codecs import check_codec
+from magicsim.camera.exposure import check_codec
 from magicsim.config.program import versions
 from magicsim.dataset.assembly import Assembly
 from magicsim.dataset.card import dataset_card

@@ -29,10 +29,9 @@ from magicsim.folder import MARKER
 from magicsim.frame_class import FrameClass
 from magicsim.judge.plausible import force_size
 from magicsim.judge.recorded import TRUTH, read_episode, read_recording
-from magicsim.judge.table import TABLE as RUN
-from magicsim.judge.table import read_table
 from magicsim.judge.tally import FIRST_PLACE, EpisodeLabels, EpisodeTag
-from magicsim.judge.verdicts import COATED, SensorDetector
+from magicsim.judge.verdicts import COATED, SensorDetector, read_table
+from magicsim.judge.verdicts import TABLE as RUN
 from magicsim.scenes.scene import SceneConfig
 
 _LOG = logging.getLogger(__name__)

@@ -36,9 +36,9 @@ from magicsim.detectors.picture import once, read_image
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.frame_class import NEAR_MIN_MM, FrameClass
 from magicsim.judge.plausible import FELT_N, force_size, odd_labels
-from magicsim.judge.table import TABLE
-from magicsim.judge.table import read_table as read_rows
 from magicsim.judge.tally import EpisodeLabels
+from magicsim.judge.verdicts import TABLE
+from magicsim.judge.verdicts import read_table as read_rows
 
 _LOG = logging.getLogger(__name__)
 LABELS = "labels.csv"

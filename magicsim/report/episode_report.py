@@ -1,21 +1,129 @@
-"""What is made of an episode in its folder: verdicts, table, preview, page, and an MCAP file."""
+"""What is made of an episode in its folder: verdicts, table, preview, page, and an MCAP file.
+
+Animated preview of a stream: the frames, each above a strip that says what is true and what was said.
+"""
 
 import importlib
+import io
 import logging
+import math
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
 
+from PIL import Image, ImageDraw, ImageFont
+
 from magicsim.camera.calibration import calibrate_camera
 from magicsim.dataset.rows import frame_rows
-from magicsim.errors import ConfigError, FrameError
-from magicsim.judge.table import TABLE, write_table
-from magicsim.judge.verdicts import COATED, PROFILES, Judgement, judge
+from magicsim.detectors.verdict import Verdict
+from magicsim.errors import ConfigError, FrameError, OutputError
+from magicsim.folder import result_file
+from magicsim.judge.score import contact_right, proximity_right
+from magicsim.judge.verdicts import COATED, PROFILES, TABLE, Judgement, judge, write_table
+from magicsim.report.drawing import CLASS_COLORS
 from magicsim.report.page import render_report
-from magicsim.report.preview import animate
-from magicsim.simulation.episode import Episode
+from magicsim.report.text import gap_or_depth, quantity
+from magicsim.simulation.episode import Episode, SimulatedFrame
+
+STRIP_WIDTH_PX = 200
+"""Smallest width that the words need [px]."""
+_LINE_PX = 16
+_FONT_PX = 12
+_PAPER = "#14181d"
+_WORDS = "#e8ecf1"
+_WRONG = "#ff9a4d"
+
+
+def with_strip(frame: SimulatedFrame, verdict: Verdict | None, *, scale: float = 1.0) -> Image.Image:
+    """A frame's picture above its strip."""
+    picture = Image.fromarray(frame.image)
+    size = (max(1, round(picture.width * scale)), max(1, round(picture.height * scale)))
+    picture = picture if size == picture.size else picture.resize(size, Image.Resampling.LANCZOS)
+    lines = strip_lines(frame, verdict)
+    width = max(size[0], STRIP_WIDTH_PX)
+    sheet = Image.new("RGB", (width, size[1] + _LINE_PX * len(lines) + 8), _PAPER)
+    sheet.paste(picture, ((width - size[0]) // 2, 0))
+    draw = ImageDraw.Draw(sheet)
+    font = ImageFont.load_default(_FONT_PX)
+    truth = frame.truth.frame_class
+    draw.rectangle((0, size[1], 5, sheet.height), fill=CLASS_COLORS[truth] if truth else _PAPER)
+    for row, (words, wrong) in enumerate(lines):
+        place = (11, size[1] + 4 + row * _LINE_PX)
+        draw.text(place, words, font=font, fill=_WRONG if wrong else _WORDS)
+    return sheet
+
+
+def strip_lines(frame: SimulatedFrame, verdict: Verdict | None) -> list[tuple[str, bool]]:
+    """The lines of words, each with whether it holds a wrong verdict."""
+    truth = frame.truth
+    name = str(truth.frame_class) if truth.frame_class else "not scored"
+    distance = gap_or_depth(truth.state.gap_mm).replace("\u00a0", " ")
+    force = quantity(math.hypot(*truth.force_n), "N").replace("\u00a0", " ")
+    lines = [
+        (f"frame {truth.index}, {distance}" + (f", {force}" if truth.contact else ""), False),
+        (f"truth: {name}", False),
+    ]
+    if verdict is None:
+        return lines
+    wrong = [proximity_right(verdict, truth.frame_class) is False, contact_right(verdict, truth.frame_class) is False]
+    mark = " (wrong)"
+    return [
+        *lines,
+        (f"proximity: {verdict.proximity}{mark if wrong[0] else ''}", wrong[0]),
+        (f"contact: {verdict.combined}{mark if wrong[1] else ''}", wrong[1]),
+    ]
+
+
+PREVIEW_BYTES = 3_000_000
+"""Size above which a preview is made with smaller pictures [bytes]."""
+_SCALES = (1.0, 0.75, 0.5, 0.35, 0.25)
+
+
+def animate(
+    frames: Sequence[SimulatedFrame],
+    path: Path,
+    frames_per_second: float,
+    *,
+    verdicts: Sequence[Verdict] | None = None,
+    max_bytes: int = PREVIEW_BYTES,
+) -> Path:
+    """Write an animation (WebP) that loops, as large as `max_bytes` allows, at least at a quarter of the size.
+
+    Without verdicts the strip states the truth alone.
+    """
+    if not frames or frames_per_second <= 0.0:
+        raise OutputError(f"{len(frames)} frames at {frames_per_second:g}/s make no preview; both must be above 0")
+    if verdicts and len(verdicts) != len(frames):
+        raise OutputError(f"{len(verdicts)} verdicts for {len(frames)} frames; must be one for each")
+    said: Sequence[Verdict | None] = verdicts or [None] * len(frames)
+    data = b""
+    for scale in _SCALES:
+        pictures = [with_strip(frame, one, scale=scale) for frame, one in zip(frames, said, strict=True)]
+        data = _encode(pictures, frames_per_second)
+        if len(data) <= max_bytes:
+            break
+    with result_file(path) as partial:
+        partial.write_bytes(data)
+    return path
+
+
+def _encode(pictures: Sequence[Image.Image], frames_per_second: float) -> bytes:
+    buffer = io.BytesIO()
+    pictures[0].save(
+        buffer, format="WEBP", save_all=True, append_images=pictures[1:], loop=0, quality=80, method=2,
+        duration=_durations_ms(len(pictures), frames_per_second),
+    )  # fmt: skip
+    return buffer.getvalue()
+
+
+def _durations_ms(count: int, frames_per_second: float) -> list[int]:
+    """Time that each frame stays [ms], rounded so that the errors do not add up."""
+    ends = [round(1000.0 * k / frames_per_second) for k in range(count + 1)]
+    return [max(1, later - earlier) for earlier, later in pairwise(ends)]
+
 
 LOGGER = logging.getLogger(__name__)
 REPORT, PREVIEW, MCAP = "report.html", "preview.webp", "episode.mcap"

@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.arrays import FloatImage
-from magicsim.camera.codecs import check_codec
-from magicsim.camera.exposure import Exposure, meter
+from magicsim.camera.exposure import Exposure, check_codec, meter
 from magicsim.camera.stream import CameraStream
 from magicsim.deform.contact.face import POINT_SPACING_MM, point_spacing_mm
 from magicsim.deform.deformation import Deformation, Displacement

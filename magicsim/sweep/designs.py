@@ -17,7 +17,7 @@ from magicsim.dataset.recipes.entries import ClearPath
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.sampling.points import unit_points
+from magicsim.sampling.distribution import unit_points
 from magicsim.scenes.rig import Rig, in_room
 from magicsim.scenes.scene import RenderSettings
 from magicsim.sweep.measures import SweepQuality

@@ -21,7 +21,7 @@ from magicsim.camera.exposure import Exposure, expose
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.light.records.untouched_store import UntouchedStates
-from magicsim.sampling.points import unit_points
+from magicsim.sampling.distribution import unit_points
 from magicsim.scenes.refusals import gap_refusal
 from magicsim.scenes.scene import FRAMES_PER_SECOND
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing

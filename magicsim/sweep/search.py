@@ -19,7 +19,7 @@ import numpy as np
 from magicsim.arrays import Array, Mask
 from magicsim.errors import ConfigError
 from magicsim.folder.ledger import Ledger
-from magicsim.sampling.points import unit_points
+from magicsim.sampling.distribution import unit_points
 from magicsim.sweep.designs import POINTS, SweptDesign, design_with, values_at
 from magicsim.sweep.result import DesignResult, finite, read_result, result_name
 from magicsim.sweep.sweep_file import Objective, SearchSettings, SweepConfig

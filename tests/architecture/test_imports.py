@@ -92,7 +92,7 @@ def test_imports_and_commands_load_nothing_heavy_before_they_need_it():
 
 
 def test_press_and_page_do_without_the_renderer():
-    page = "import magicsim.report.page, magicsim.report.preview\nassert 'matplotlib.pyplot' not in sys.modules"
+    page = "import magicsim.report.page\nassert 'matplotlib.pyplot' not in sys.modules"
     press, both = loaded_after("import magicsim.deform.indentation.press", page)
     assert not press & (RENDERER | {"matplotlib", "pyarrow", "cv2"})
     assert not both & RENDERER

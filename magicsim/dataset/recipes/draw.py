@@ -15,8 +15,7 @@ from magicsim.config.models import validate
 from magicsim.dataset.recipes.entries import ClearPath, FlashlightPath, TouchPath, draw_path
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.sampling.distribution import Distribution, Number, choose
-from magicsim.sampling.points import UnitPoints
+from magicsim.sampling.distribution import Distribution, Number, UnitPoints, choose
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import OutputSettings, SceneConfig
 

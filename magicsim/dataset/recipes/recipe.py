@@ -10,8 +10,7 @@ from magicsim.config.models import Config, load_preset
 from magicsim.config.named_files import config_digest
 from magicsim.dataset.recipes.entries import ClearPath, Draw, FlashlightPath, ObjectRecipe, PathRecipe, Weight
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.sampling.distribution import Number, check_weights
-from magicsim.sampling.points import Sampling
+from magicsim.sampling.distribution import Number, Sampling, check_weights
 from magicsim.scenes.rig import DARK, Rig
 from magicsim.scenes.scene import FRAMES_PER_SECOND, ContactSettings, FrameRate, RenderSettings, Seed, TaxelSettings
 

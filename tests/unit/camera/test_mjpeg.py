@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from magicsim.camera.codecs import through_mjpeg
 from magicsim.camera.effect_settings import Mjpeg
+from magicsim.camera.exposure import through_mjpeg
 
 
 def mjpeg(**settings) -> Mjpeg:

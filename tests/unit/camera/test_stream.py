@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 
 from magicsim.camera.camera import Camera
-from magicsim.camera.codecs import through_mjpeg
 from magicsim.camera.effect_settings import Flicker, LedDrift, LiveExposure, Mjpeg, Shutter
-from magicsim.camera.exposure import expose
+from magicsim.camera.exposure import expose, through_mjpeg
 from magicsim.camera.stream import CameraMemory, CameraStream, Instant
 from magicsim.errors import RenderError
 

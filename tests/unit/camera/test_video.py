@@ -3,8 +3,8 @@ import sys
 import numpy as np
 import pytest
 
-from magicsim.camera.codecs import VideoCodec
 from magicsim.camera.effect_settings import H264
+from magicsim.camera.exposure import VideoCodec
 from magicsim.errors import ConfigError
 
 

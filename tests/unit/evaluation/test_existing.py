@@ -12,7 +12,7 @@ from magicsim.errors import ConfigError
 from magicsim.evaluation.existing import StoredImages, read_existing
 from magicsim.folder import MARKER
 from magicsim.judge.recorded import read_episode
-from magicsim.judge.table import TABLE
+from magicsim.judge.verdicts import TABLE
 from magicsim.scenes.scene import load_scene
 
 ROWS = {

@@ -8,7 +8,7 @@ import pytest
 from magicsim.errors import ConfigError, FrameError, OutputError
 from magicsim.frame_class import FrameClass
 from magicsim.judge.recorded import read_episode, read_recording
-from magicsim.judge.table import TABLE, write_table
+from magicsim.judge.verdicts import TABLE, write_table
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.episode import Episode, FrameLabels, FrameTruth, SimulatedFrame, SolveFigures, frame_file

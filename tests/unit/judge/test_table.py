@@ -14,8 +14,7 @@ from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.verdict import NUMBERS, WORDS
 from magicsim.frame_class import FrameClass
 from magicsim.judge.score import score_verdicts
-from magicsim.judge.table import write_table
-from magicsim.judge.verdicts import Judgement
+from magicsim.judge.verdicts import Judgement, write_table
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin
 from magicsim.simulation.episode import Episode, FrameLabels, FrameTruth, SimulatedFrame, SolveFigures, frame_file

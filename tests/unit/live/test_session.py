@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from magicsim.judge.recorded import read_episode
-from magicsim.judge.table import TABLE
+from magicsim.judge.verdicts import TABLE
 from magicsim.live.recording import Recording
 from magicsim.live.session import Session
 from magicsim.robot.quality import FULL_QUALITY

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from magicsim.judge.table import TABLE
+from magicsim.judge.verdicts import TABLE
 from magicsim.live.window import LiveWindow
 
 pytestmark = pytest.mark.browser

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from magicsim.report.episode_report import animate
 from magicsim.report.page import render_report
-from magicsim.report.preview import animate
 
 from .synthetic import make_episode, make_judgement
 

@@ -4,7 +4,7 @@ import pytest
 from PIL import Image
 
 from magicsim.errors import OutputError
-from magicsim.report.preview import animate, strip_lines
+from magicsim.report.episode_report import animate, strip_lines
 from report.synthetic import make_episode, make_judgement
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from magicsim.arrays import Array
-from magicsim.sampling.points import RUN, unit_points
+from magicsim.sampling.distribution import RUN, unit_points
 
 
 @pytest.mark.parametrize("sampling", ["sobol", "stratified", "random"])
