@@ -5,6 +5,7 @@ import os
 import platform
 from dataclasses import dataclass
 
+from magicsim.folder.kept import TAKES, frames_folder, kept_copies, kept_takes
 from magicsim.light.records.untouched_store import default_store
 from magicsim.light.variant import (
     LLVM_PACKAGE,
@@ -88,6 +89,10 @@ class Examination:
     """Folder that keeps untouched sensors, so that they are rendered once; None where it is switched off."""
     cache_bytes: int
     """What it holds [bytes]."""
+    takes_bytes: int
+    """Size of the takes in `magicsim-takes`, below the current folder [bytes]."""
+    frames_bytes: int
+    """Size of the mapped copies of datasets' frames [bytes]."""
     problems: list[str]
     """What is slower or missing than it could be, and how to get it."""
     parts: list[Part]
@@ -98,11 +103,14 @@ def examine(*, clear_cache: bool = False) -> Examination:
     """Looks for LLVM by running it in a subprocess, and for the fast sparse solver.
 
     Args:
-        clear_cache: Whether to remove what is kept of untouched sensors.
+        clear_cache: Whether to remove what is kept: untouched sensors, takes below this folder, copies of frames.
     """
-    problems, store = [], default_store()
-    if store is not None and clear_cache:
-        store.clear()
+    problems, store, frames = [], default_store(), frames_folder()
+    takes = kept_takes(TAKES)
+    copies = kept_copies(frames) if frames is not None else None
+    for each in (store, takes, copies) if clear_cache else ():
+        if each is not None:
+            each.clear()
     library = find_llvm()
     reason = "no libLLVM was found" if library is None else probe_llvm(library)
     if reason is not None:
@@ -121,6 +129,8 @@ def examine(*, clear_cache: bool = False) -> Examination:
         platform=f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
         cache=str(store.folder) if store is not None else None,
         cache_bytes=store.size_bytes() if store is not None else 0,
+        takes_bytes=takes.size_bytes(),
+        frames_bytes=copies.size_bytes() if copies is not None else 0,
         problems=problems,
         parts=optional_parts(),
     )

@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from magicsim.cli.app import Json, Out, Seed, Settings, app, print_result, refuse_settings
 from magicsim.errors import ConfigError
+from magicsim.folder.kept import TAKES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -58,7 +59,7 @@ def evaluate(
     quick: Annotated[bool, Parameter(negative="", help="Three minutes at most; says what it leaves out.")] = False,
     on: Annotated[Path | None, Parameter(help="Judge frames that exist: a run, a dataset, or a recording.")] = None,
     out: Out = Path("magicsim-evaluate"),
-    cache: Annotated[Path, Parameter(help="Folder of rendered episodes.")] = Path("magicsim-takes"),
+    cache: Annotated[Path, Parameter(help="Folder of rendered episodes.")] = TAKES,
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Judge a detector on a suite of labelled episodes; exit code 1 where it is worse than the baseline.

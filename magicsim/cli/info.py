@@ -15,7 +15,7 @@ app.command(info_app)
 
 @info_app.command
 def doctor(
-    *, clear_cache: Annotated[bool, Parameter(negative="", help="Remove what is kept of untouched sensors.")] = False,
+    *, clear_cache: Annotated[bool, Parameter(negative="", help="Remove kept sensors, takes and frames.")] = False,
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Say what this machine can do, how to get the rest, and what is kept on disk."""

@@ -5,7 +5,6 @@ copied once into an Arrow file, which is mapped into memory: any row is then the
 """
 
 import hashlib
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -22,6 +21,7 @@ from magicsim.dataset.manifest import check_size
 from magicsim.dataset.shard import Column, decoded_png
 from magicsim.errors import ConfigError, OutputError, unknown_choice
 from magicsim.folder import result_file
+from magicsim.folder.kept import FRAMES_VARIABLE, frames_folder, kept_copies
 
 LABELS = (
     "image", "contact_mask", "force_n", "torque_nmm", "depth_mm", "gap_mm", "contact", "contact_area_mm2",
@@ -30,8 +30,6 @@ LABELS = (
 """Columns that are there unless others are asked for."""
 GROUPS = {"episode": "episode", "unit": "sensor", "object": "object_kind"}
 """What may not be in two splits, and the column that tells."""
-KEPT = "MAGICSIM_FRAMES"
-"""Environment variable that names the folder of the copies."""
 COPIED = "compared 1 "
 """What the names of copies begin with before they are hashed; earlier ones may be of shards that had changed."""
 
@@ -156,7 +154,8 @@ def open_frames(
     Args:
         folder: What `magicsim dataset --out` wrote.
         columns: Which of its columns; `LABELS`, as far as there are, by default.
-        keep: Folder of the copy that is mapped; `MAGICSIM_FRAMES`, or `~/.cache/magicsim/frames`, by default.
+        keep: Folder of the copy that is mapped; `MAGICSIM_FRAMES`, or `~/.cache/magicsim/frames`, by default. The
+            copies that were asked for the longest ago go where all of them are larger than 50 GB.
 
     Raises:
         OutputError: There is no finished dataset, a shard is missing or not as it was written, or the copy cannot be
@@ -180,7 +179,10 @@ def open_frames(
 
 
 def _default_folder() -> Path:
-    return Path(os.environ.get(KEPT) or "~/.cache/magicsim/frames").expanduser()
+    folder = frames_folder()
+    if folder is None:
+        raise OutputError(f"there is no home folder for a copy of the frames: name one with keep or {FRAMES_VARIABLE}")
+    return folder
 
 
 def _copied(source: Source, columns: Sequence[Column], keep: Path) -> Path:
@@ -193,12 +195,14 @@ def _copied(source: Source, columns: Sequence[Column], keep: Path) -> Path:
         for split in source.splits:
             for shard in source.shards(split):
                 check_size(source.folder, shard.file, shard.listed)
+        kept_copies(keep).touch(path)
         return path
     with result_file(path) as partial, pa.OSFile(str(partial), "wb") as sink, pa.ipc.new_file(sink, schema) as writer:
         for split in source.splits:
             for shard in source.shards(split):
                 for table in source.episodes(shard):
                     writer.write_table(table.select([column.name for column in columns]).cast(schema))
+    kept_copies(keep).shrink()
     _mapped.cache_clear()  # there may have been a damaged one of this name
     return path
 

@@ -24,6 +24,7 @@ from magicsim.config.named_files import config_digest
 from magicsim.config.program import program_key
 from magicsim.evaluation.suite import PathFrame, SuiteConfig, SuiteLight, SuiteObject, SuitePath, SuitePlace
 from magicsim.folder import result_file
+from magicsim.folder.kept import kept_takes
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.judge.tally import Role
@@ -170,14 +171,16 @@ logger = logging.getLogger(__name__)
 
 def cached_take(scene: SceneConfig, cache: Path) -> Take:
     """The take of a scene from the cache, or simulated and put there."""
-    path = cache / f"{take_key(scene)}.npz"
+    path, kept = cache / f"{take_key(scene)}.npz", kept_takes(cache)
     if path.is_file():
+        kept.touch(path)
         try:
             return read_take(path)
         except (OSError, ValueError, KeyError, BadZipFile) as error:
             logger.warning("%s is damaged (%s) and is made again", path.name, error)
     take = film_take(scene)
     write_take(path, take)
+    kept.shrink()
     return take
 
 

@@ -10,7 +10,6 @@ import json
 import logging
 import os
 import platform
-import re
 from collections import OrderedDict
 from dataclasses import dataclass
 from functools import cache
@@ -19,9 +18,11 @@ from typing import Any
 
 import numpy as np
 
+from magicsim.config.presets import expanded
 from magicsim.config.program import program_key
 from magicsim.errors import MagicsimError
 from magicsim.folder import result_file
+from magicsim.folder.kept import KeptFiles, cache_folder
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.transport.light_field import LightField
 
@@ -29,16 +30,15 @@ KEPT = 2
 """Sensors that are kept at most."""
 LOGGER = logging.getLogger(__name__)
 VARIABLE, OFF = "MAGICSIM_CACHE", "off"
-MOST_BYTES = 2_000_000_000
-"""Size of all files together [bytes]; a sensor at 240 x 320 pixels takes about 170 MB."""
-NAME = re.compile(r"magicsim-untouched-[0-9a-f]{64}\.npz")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class UntouchedStore:
+class UntouchedStore(KeptFiles):
     """A folder of untouched sensors."""
 
-    folder: Path
+    pattern: str = r"magicsim-untouched-[0-9a-f]{64}\.npz"
+    most_bytes: int = 2_000_000_000
+    """A sensor at 240 x 320 pixels takes about 170 MB [bytes]."""
 
     def load(self, key: str) -> Untouched | None:
         """The sensor of a key, None where it is not there or cannot be read."""
@@ -46,7 +46,7 @@ class UntouchedStore:
         try:
             with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
                 state = _restored(stored)
-            os.utime(path)  # asked for last
+            self.touch(path)
         except FileNotFoundError:
             return None
         except Exception as error:
@@ -59,46 +59,21 @@ class UntouchedStore:
         try:
             with result_file(self._path(key)) as partial, partial.open("wb") as file:
                 np.savez(file, **_stored(state))
-            self._shrink(MOST_BYTES)
+            self.shrink()
         except (OSError, MagicsimError) as error:
             LOGGER.warning("nothing is kept in %s: %s", self.folder, error)
-
-    def files(self) -> list[Path]:
-        """Files that magicsim wrote there, the one that was asked for last at the end."""
-        if not self.folder.is_dir():
-            return []
-        found = [path for path in self.folder.iterdir() if NAME.fullmatch(path.name) and path.is_file()]
-        return sorted(found, key=lambda path: path.stat().st_mtime_ns)
-
-    def size_bytes(self) -> int:
-        """Size of all these files."""
-        return sum(path.stat().st_size for path in self.files())
-
-    def clear(self) -> int:
-        """Removes these files and says how many."""
-        files = self.files()
-        for path in files:
-            path.unlink(missing_ok=True)
-        return len(files)
-
-    def _shrink(self, most_bytes: int) -> None:
-        files = self.files()
-        sizes = [path.stat().st_size for path in files]
-        while len(files) > 1 and sum(sizes) > most_bytes:
-            files.pop(0).unlink(missing_ok=True)
-            sizes.pop(0)
 
     def _path(self, key: str) -> Path:
         return self.folder / f"magicsim-untouched-{hashlib.sha256((_program() + key).encode()).hexdigest()}.npz"
 
 
 def default_store() -> UntouchedStore | None:
-    """Store of this user, None where it is switched off."""
+    """Store of this user, None where it is switched off or there is no home folder."""
     chosen = os.environ.get(VARIABLE, "")
     if chosen == OFF:
         return None
-    base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return UntouchedStore(folder=Path(chosen) if chosen else base / "magicsim")
+    folder = expanded(chosen) if chosen else cache_folder()
+    return UntouchedStore(folder=folder) if folder is not None else None
 
 
 @cache

@@ -68,13 +68,13 @@ def test_several_writers_leave_one_whole_file(store):
     np.testing.assert_array_equal(store.load("key").image, state.image)
 
 
-def test_the_oldest_go_and_foreign_files_stay(store, monkeypatch):
+def test_the_oldest_go_and_foreign_files_stay(store):
     state = sensor(None).renderer.anchor()
     store.save("first", state)
     foreign = [store.folder / name for name in ("notes.txt", "magicsim-untouched-mine.npz")]
     for path in foreign:
         path.write_text("mine")
-    monkeypatch.setattr("magicsim.light.records.untouched_store.MOST_BYTES", int(1.5 * store.size_bytes()))
+    store = UntouchedStore(folder=store.folder, most_bytes=int(1.5 * store.size_bytes()))
     store.save("second", state)
     assert store.load("first") is None
     assert store.load("second") is not None
@@ -97,3 +97,6 @@ def test_the_folder_is_chosen_by_the_environment(tmp_path, monkeypatch):
     monkeypatch.delenv("MAGICSIM_CACHE")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     assert default_store().folder == tmp_path / "cache" / "magicsim"
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("MAGICSIM_CACHE", "~/mine")
+    assert default_store().folder == tmp_path / "mine"
