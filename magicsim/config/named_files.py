@@ -66,11 +66,17 @@ def _beside(name: str, folder: Path) -> str:
 
 MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")
 """What tells that a file is a mesh."""
+HEADER = 1 << 16
+"""Bytes of a PLY file in which its header ends."""
 CONTENT = "content of files"
 """Key of the hashes in what is hashed; no model has a field with blanks."""
-MATERIALS = re.compile(rb"^mtllib[ \t]+(.+?)[ \t\r]*$", re.MULTILINE)
-TEXTURE = re.compile(rb"^[ \t]*map_\w+[ \t].*?(\S+)[ \t\r]*$", re.MULTILINE)
-"""What an OBJ file and its materials name (Wavefront's formats): materials, and textures, options before the name."""
+MATERIALS = re.compile(rb"mtllib([^\r\n]+)", re.IGNORECASE)
+TEXTURE = re.compile(rb"(?:^|[\r\n])[ \t]*(?:map_\w+|bump|disp|decal|norm|refl)[ \t]([^\r\n]+)", re.IGNORECASE)
+"""What an OBJ file and its materials name (Wavefront's formats), options before the name, wherever one may look."""
+PLY_TEXTURE = re.compile(rb"comment[ \t]+TextureFile[ \t]+([^\r\n]+)", re.IGNORECASE)
+GLB_NAME = re.compile(rb'"uri"[ \t\r\n]*:[ \t\r\n]*"((?!data:)[^"\\]{1,1000})"')
+JOINED = re.compile(rb"\\\r?\n")
+"""A backslash at the end of a line of an OBJ file goes on in the next one."""
 
 
 def config_digest(data: Mapping[str, Any]) -> str:
@@ -89,7 +95,7 @@ def config_digest(data: Mapping[str, Any]) -> str:
 def file_hashes(data: object) -> dict[str, str]:
     """SHA-256 of the files that a configuration names and that are there, by name; a folder stands for its meshes.
 
-    A TOML file brings those that it names in its turn, an OBJ file its materials and textures.
+    A TOML file brings those that it names in its turn, a mesh its materials and pictures.
     """
     hashes: dict[str, str] = {}
     waiting = sorted(named_files(data))
@@ -126,22 +132,37 @@ def _names(value: object) -> Iterator[str]:
 
 
 def _files_at(path: Path) -> Iterator[Path]:
-    """A file, or the meshes of a folder, each OBJ file with its materials and textures."""
+    """A file, or the meshes of a folder, each with the materials and pictures that it names."""
     folder = path.iterdir() if is_folder(path) else ()
     files = sorted(each for each in folder if each.suffix.lower() in MESH_SUFFIXES) or [path]
     for each in filter(is_file, files):
         yield each
-        if each.suffix.lower() == ".obj":
-            yield from _named_by_obj(each)
+        yield from _named_by_mesh(each)
 
 
-def _named_by_obj(path: Path) -> Iterator[Path]:
-    for library in MATERIALS.findall(path.read_bytes()):
-        materials = path.parent / library.decode(errors="replace")
-        if is_file(materials):
-            yield materials
-            textures = (path.parent / name.decode(errors="replace") for name in TEXTURE.findall(materials.read_bytes()))
-            yield from filter(is_file, textures)
+def _named_by_mesh(path: Path) -> Iterator[Path]:
+    """Files beside a mesh that its reader may open: rather one too many than one too few."""
+    match path.suffix.lower():
+        case ".obj":
+            for library in _beside_mesh(path, MATERIALS.findall(JOINED.sub(b"", path.read_bytes()))):
+                yield library
+                yield from _beside_mesh(path, TEXTURE.findall(library.read_bytes()))
+        case ".ply":
+            yield from _beside_mesh(path, PLY_TEXTURE.findall(path.read_bytes()[:HEADER]))
+        case ".glb":
+            yield from _beside_mesh(path, GLB_NAME.findall(path.read_bytes()))
+
+
+def _beside_mesh(mesh: Path, ends: list[bytes]) -> list[Path]:
+    """Files of the mesh's folder that the ends of lines may name: all of an end, or its last word."""
+    found = {}
+    for end in dict.fromkeys(ends):
+        text = end.decode(errors="replace").strip()
+        for name in (text, text.lstrip("/"), os.path.split(text)[-1], *text.split()[-1:]):
+            path = mesh.parent / name
+            if name and path != mesh and is_file(path):
+                found[path] = None
+    return list(found)
 
 
 def _named_by_toml(file: Path) -> set[str]:

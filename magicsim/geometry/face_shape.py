@@ -8,6 +8,7 @@ where H is the height at the crown and s the height of the face over the crown's
 the face, as MagicTac's authors print them; the back stays flat on the lens, and the rest state is free of stress.
 """
 
+import os
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -19,6 +20,7 @@ from magicsim.arrays import Array
 from magicsim.config.models import Config
 from magicsim.config.presets import PATHS_START, is_file
 from magicsim.errors import ConfigError
+from magicsim.folder.listing import sha256_of
 
 Radius = Annotated[float, Field(ge=1, le=1e6)]
 MOST_SHARE = 0.6
@@ -103,7 +105,7 @@ class HeightMap(Config):
         path = Path(self.file)
         if not is_file(path):
             raise ConfigError(f"face.file = '{self.file}' does not exist ({PATHS_START})")
-        heights = _read(self.file, self.range_mm, path.stat().st_mtime_ns)
+        heights = _read(self.file, self.range_mm, os.path.abspath(path), sha256_of(path))
         return np.asarray(heights - heights.max())
 
     def rise_mm(self, places_mm: Array) -> Array:
@@ -119,9 +121,8 @@ class HeightMap(Config):
 
 
 @lru_cache(maxsize=4)
-def _read(file: str, range_mm: float, written_ns: int) -> Array:
-    """Heights of a file that was last written at a time, so that a file that changes is read again [mm]."""
-    del written_ns
+def _read(file: str, range_mm: float, _whole_path: str, _digest: str) -> Array:
+    """Heights of a file, which its whole path and its content tell from others of its name [mm]."""
     path, problem = Path(file), f"face.file = '{file}' is not allowed: must be a PNG or an NPY of two dimensions"
     try:
         if path.suffix == ".npy":

@@ -4,6 +4,7 @@ The middle of the image is where the sensor looks (-z), its upper edge +y, its r
 scaled so that the mean over all directions in each channel is `Rig.ambient`, whatever the image's own exposure.
 """
 
+import os
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated
@@ -17,6 +18,7 @@ from magicsim.config.documents import read_toml
 from magicsim.config.models import Config, validate
 from magicsim.config.presets import expanded, is_file, preset_root
 from magicsim.errors import ConfigError, unknown_choice
+from magicsim.folder.listing import sha256_of
 
 STREAM = 0x9A55
 """Keeps its random numbers apart from others of a scene's seed."""
@@ -117,11 +119,11 @@ def room_radiance(name: str) -> Array:
         ConfigError: The file holds no equirectangular image, or a black one.
     """
     path = room_file(name)
-    return _read(path, path.stat().st_mtime_ns)
+    return _read(path, os.path.abspath(path), sha256_of(path))
 
 
 @lru_cache(maxsize=4)
-def _read(path: Path, _changed_ns: int) -> Array:
+def _read(path: Path, _whole_path: str, _digest: str) -> Array:
     coded = _pixels(path)
     # sRGB's tone curve, IEC 61966-2-1.
     linear = np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)  # noqa: PLR2004

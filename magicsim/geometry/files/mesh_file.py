@@ -2,6 +2,7 @@
 
 import atexit
 import logging
+import os
 import re
 from collections.abc import Iterator
 from functools import lru_cache
@@ -18,6 +19,7 @@ from magicsim.arrays import Array
 from magicsim.config.documents import parse_json
 from magicsim.config.presets import PATHS_START, is_file
 from magicsim.errors import ConfigError
+from magicsim.folder.listing import sha256_of
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.shapes.mesh_solid import MeshShape
 
@@ -42,8 +44,8 @@ JITTER = 1e-9
 def load_mesh(path: str, *, scale: float = 1.0, feature_mm: float | None = None) -> MeshShape:
     """Reads an STL, OBJ, PLY or GLB file; one unit of the file times `scale` is a millimetre.
 
-    The last few files are kept, as long as they do not change. A surface that passes through itself is warned about:
-    contact is that of its outside, which is the same as if its parts were one.
+    The last few meshes are kept, known by the whole path and the content of their file. A surface that passes through
+    itself is warned about: contact is that of its outside, which is the same as if its parts were one.
 
     Raises:
         ConfigError: No such file, not readable as a mesh, empty, not watertight, too small, too large or too detailed.
@@ -55,11 +57,11 @@ def load_mesh(path: str, *, scale: float = 1.0, feature_mm: float | None = None)
     if not is_file(file):
         msg = f"mesh '{path}' does not exist ({PATHS_START})"
         raise ConfigError(msg)
-    return _load(path, scale, feature_mm, file.stat().st_mtime_ns)
+    return _load(path, scale, feature_mm, os.path.abspath(path), sha256_of(file))
 
 
 @lru_cache(maxsize=4)
-def _load(path: str, scale: float, feature_mm: float | None, _stamp: int) -> MeshShape:
+def _load(path: str, scale: float, feature_mm: float | None, _whole_path: str, _digest: str) -> MeshShape:
     surface = _closed_surface(path, scale)
     if crossing := crossing_edges(surface):
         LOGGER.warning(
