@@ -155,7 +155,7 @@ def _named_by_mesh(path: Path) -> Iterator[Path]:
 
 def _beside_mesh(mesh: Path, ends: list[bytes]) -> list[Path]:
     """Files of the mesh's folder that the ends of lines may name: all of an end, or its last word."""
-    found = {}
+    found: dict[Path, None] = {}
     for end in dict.fromkeys(ends):
         text = end.decode(errors="replace").strip()
         for name in (text, text.lstrip("/"), os.path.split(text)[-1], *text.split()[-1:]):
