@@ -28,6 +28,7 @@ from magicsim.camera.effect_settings import (
 )
 from magicsim.camera.film import spread_light
 from magicsim.camera.stream import CameraStream, Instant
+from magicsim.notebook.screen import on_screen
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.sensor import Sensor, room_radiance
@@ -62,11 +63,11 @@ def taken(
 
 
 def effects(rest: FloatImage, room: FloatImage, ball: FloatImage, moved: FloatImage) -> dict[str, Frame]:
-    """One frame of each effect by its label."""
+    """One frame of each effect by its label, as a screen shows it."""
     plain = load_scene("rest").rig.camera.model_copy(update=QUIET)
 
     def one(light: FloatImage, *lights: FloatImage, room: FloatImage | None = None, **changes: object) -> Frame:
-        return taken(plain.model_copy(update=changes), [light, *lights], rest, room)[-1]
+        return on_screen(taken(plain.model_copy(update=changes), [light, *lights], rest, room)[-1], gamma=plain.gamma)
 
     rows, columns, _ = rest.shape
     specks = transmittance(Dust(specks=60, radius_px=6, opacity=0.6), rows=rows, columns=columns, pattern_seed=1)

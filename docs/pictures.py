@@ -1,4 +1,4 @@
-"""Draws the README's picture: the four states of the default sensor as its camera sees them.
+"""Draws the README's picture: the four states of the default sensor, each beside its change against rest.
 
 python docs/pictures.py                    # writes docs/four-states.jpg, about two minutes
 """
@@ -7,38 +7,33 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from PIL import Image, ImageDraw
+from PIL import Image, ImageDraw, ImageFont
 
-from magicsim.camera.exposure import expose, meter
-from magicsim.scenes.scene import load_scene
-from magicsim.scenes.timeline import UNTOUCHED, timeline
-from magicsim.simulation.sensor import Sensor
+from magicsim import load_scene, simulate
+from magicsim.notebook.screen import STRONGER
 
 STATES = {"rest": "at rest", "near": "ball 1 mm away", "pressed": "pressed 1 mm", "flashlight": "flashlight"}
 QUALITY = ("render.samples=16", "render.particles=300000")
-STRIP_PX = 24
+STRIP_PX, SPACE_PX, ACROSS = 24, 16, 2
 
 
 def picture(name: str) -> npt.NDArray[np.uint8]:
-    """The camera's frame of one scene preset, shape (rows, columns, 3)."""
-    scene = load_scene(name, QUALITY)
-    sensor = Sensor.for_scene(scene)
-    exposure = meter(sensor.radiance(UNTOUCHED, sensor.rest), scene.rig.camera)
-    state = timeline(scene)[0]
-    deformation = sensor.deform(state, sensor.rest) if state.can_touch else sensor.rest
-    return expose(sensor.radiance(state, deformation), exposure, scene.rig.camera, seed=scene.seed, frame=0)
+    """The frame of one scene preset beside its change, shape (rows, columns, 3)."""
+    episode = simulate(load_scene(name, QUALITY))
+    return episode.on_screen(episode.scored[:1])[0]
 
 
 def main() -> None:
     """Renders, labels and joins the four states."""
     frames = [picture(name) for name in STATES]
     rows, columns, _ = frames[0].shape
-    sheet = Image.new("RGB", (len(frames) * (columns + 8) - 8, rows + STRIP_PX), "white")
-    draw = ImageDraw.Draw(sheet)
+    size = ACROSS * (columns + SPACE_PX) - SPACE_PX, len(frames) // ACROSS * (rows + STRIP_PX)
+    sheet = Image.new("RGB", size, "white")
+    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(14)
     for number, (frame, label) in enumerate(zip(frames, STATES.values(), strict=True)):
-        left = number * (columns + 8)
-        sheet.paste(Image.fromarray(frame), (left, STRIP_PX))
-        draw.text((left + 4, 6), label, fill="black")
+        left, top = number % ACROSS * (columns + SPACE_PX), number // ACROSS * (rows + STRIP_PX)
+        sheet.paste(Image.fromarray(frame), (left, top + STRIP_PX))
+        draw.text((left + 2, top + 4), f"{label}, and {STRONGER} times its change", fill="black", font=font)
     sheet.save(Path(__file__).with_name("four-states.jpg"), quality=92)
 
 

@@ -1,4 +1,4 @@
-"""Draws every sensor of docs/faces.md, untouched and with a small box pressed into its face.
+"""Draws every sensor of docs/faces.md, untouched, with a small box pressed into its face, and the change of that.
 
 python docs/preset_pictures.py             # writes docs/presets.jpg, some minutes
 
@@ -12,6 +12,7 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw
 
 from magicsim import load_scene, simulate
+from magicsim.notebook.screen import change, on_screen
 
 Frame = npt.NDArray[np.uint8]
 HERE = Path(__file__).parent
@@ -32,27 +33,28 @@ GRAINY = {
     ),
 }
 """Settings of a gel that scatters, whose light is dim."""
-SHORT_PX, LABEL_PX, ACROSS, SPACE_PX = 120, 18, 3, 4
+SHORT_PX, LABEL_PX, ACROSS, SPACE_PX = 120, 18, 2, 4
 TILE_PX = (220, 220)
 
 
 def frames(name: str) -> list[Frame]:
-    """The untouched and the touched frame of a sensor."""
+    """The untouched and the touched frame of a sensor as a screen shows them, and what the touch changes."""
     camera = load_scene(name).rig.camera
     scale = SHORT_PX / min(camera.columns, camera.rows)
     size = [f"rig.camera.{axis}={round(scale * getattr(camera, axis))}" for axis in ("columns", "rows")]
-    return [each.image for each in simulate(load_scene(name, [*PRESSED, *size, *GRAINY.get(name, ())])).frames]
+    images = [each.image for each in simulate(load_scene(name, [*PRESSED, *size, *GRAINY.get(name, ())])).frames]
+    return [*(on_screen(each, gamma=camera.gamma) for each in images), change(images[1], images[0])]
 
 
 def sheet(pictures: dict[str, list[Frame]]) -> Image.Image:
-    """All sensors with their labels: untouched on the left, touched on the right."""
-    width, height = 2 * TILE_PX[0] + 3 * SPACE_PX, TILE_PX[1] + LABEL_PX + SPACE_PX
+    """All sensors with their labels: untouched, touched, and the change."""
+    width, height = 3 * TILE_PX[0] + 4 * SPACE_PX, TILE_PX[1] + LABEL_PX + SPACE_PX
     page = Image.new("RGB", (ACROSS * width, -(-len(pictures) // ACROSS) * height), "white")
     draw = ImageDraw.Draw(page)
-    for number, (label, pair) in enumerate(pictures.items()):
+    for number, (label, tiles) in enumerate(pictures.items()):
         left, top = (number % ACROSS) * width, number // ACROSS * height
         draw.text((left + 2, top + 3), label, fill="black")
-        for place, frame in enumerate(pair):
+        for place, frame in enumerate(tiles):
             tile = Image.fromarray(frame)
             tile.thumbnail(TILE_PX)
             grown = min(TILE_PX[0] / tile.width, TILE_PX[1] / tile.height)

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw
 
 from magicsim import load_scene, simulate
+from magicsim.notebook.screen import on_screen
 
 Frame = npt.NDArray[np.uint8]
 HERE = Path(__file__).parent
@@ -49,8 +50,9 @@ FLAWS: dict[str, tuple[str, ...]] = {
 
 
 def frame(*settings: str) -> Frame:
-    """The only frame of the scene with some settings."""
-    return simulate(load_scene("near", [*BEFORE, *settings])).frames[-1].image
+    """The only frame of the scene with some settings, as a screen shows it."""
+    scene = load_scene("near", [*BEFORE, *settings])
+    return on_screen(simulate(scene).frames[-1].image, gamma=scene.rig.camera.gamma)
 
 
 def sheet(pictures: dict[str, Frame]) -> Image.Image:

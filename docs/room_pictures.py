@@ -11,6 +11,7 @@ from pathlib import Path
 from PIL import Image, ImageDraw
 
 from magicsim import load_scene, simulate
+from magicsim.notebook.screen import on_screen
 
 HERE = Path(__file__).parent
 ENLARGE, LABEL_PX = 2, 18
@@ -30,7 +31,8 @@ def main() -> None:
     """Writes the sheet."""
     tiles = {}
     for label, settings in ROOMS.items():
-        image = Image.fromarray(simulate(load_scene("rest", [*SIGHT, *settings])).frames[-1].image)
+        scene = load_scene("rest", [*SIGHT, *settings])
+        image = Image.fromarray(on_screen(simulate(scene).frames[-1].image, gamma=scene.rig.camera.gamma))
         tiles[label] = image.resize((ENLARGE * image.width, ENLARGE * image.height), Image.Resampling.BICUBIC)
     width, height = next(iter(tiles.values())).size
     page = Image.new("RGB", (len(tiles) * (width + 4), height + LABEL_PX), "white")

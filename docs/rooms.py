@@ -14,10 +14,11 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.notebook.screen import to_srgb
+
 Array = npt.NDArray[np.float64]
 ROWS, COLUMNS = 128, 256
 LAMP = 1.0
-TOE = 0.0031308
 """Brightest that 8 bit hold; walls are a tenth of it."""
 
 
@@ -96,8 +97,7 @@ ROOMS = {"office": office, "window": window, "bench": bench, "corridor": corrido
 
 def encoded(image: Array) -> npt.NDArray[np.uint8]:
     """The image in sRGB's tone curve (IEC 61966-2-1)."""
-    curve = np.where(image <= TOE, 12.92 * image, 1.055 * np.maximum(image, 1e-9) ** (1 / 2.4) - 0.055)
-    return np.asarray(np.rint(255 * np.clip(curve, 0, 1)), np.uint8)
+    return np.asarray(np.rint(255 * np.clip(to_srgb(image), 0, 1)), np.uint8)
 
 
 if __name__ == "__main__":

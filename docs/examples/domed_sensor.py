@@ -10,13 +10,12 @@ import numpy as np
 from PIL import Image
 
 from magicsim import load_scene, simulate
+from magicsim.notebook.screen import from_srgb
 from magicsim.simulation.episode import Episode
 
 SCENE = Path(__file__).parent / "domed-sensor" / "press.toml"
 SHOWN = (3, 5)
 """Scored frames in the picture: pressed, slid."""
-LINEAR_UP_TO = 0.04045
-"""Share of white up to which sRGB is proportional to the light."""
 
 
 def radius_mm(width_mm: float, fall_mm: float) -> float:
@@ -35,13 +34,8 @@ def reflectance(coat: Sequence[float], paper: Sequence[float], paper_reflectance
         paper: The same of the paper; not white in the photo, or it says nothing.
         paper_reflectance: Of office paper, 0.8 to 0.9.
     """
-    return (paper_reflectance * _linear(coat) / _linear(paper)).round(2).tolist()
-
-
-def _linear(color: Sequence[float]) -> np.ndarray:
-    """From sRGB, 0 to 255, to a share of the light (IEC 61966-2-1)."""
-    share = np.array(color) / 255
-    return np.where(share <= LINEAR_UP_TO, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+    light, white = (from_srgb(np.array(color) / 255) for color in (coat, paper))
+    return (paper_reflectance * light / white).round(2).tolist()
 
 
 def run(settings: Sequence[str] = ()) -> Episode:
@@ -50,13 +44,13 @@ def run(settings: Sequence[str] = ()) -> Episode:
 
 
 def main() -> None:
-    """Prints what the design needs of the readings, and draws three frames."""
+    """Prints what the design needs of the readings, and draws three frames beside their changes."""
     print("radius_x_mm", round(radius_mm(20.0, 1.25), 1), "radius_y_mm", round(radius_mm(26.0, 1.40), 1))
     print("color", reflectance((120, 120, 122), (202, 203, 201)))
     episode = run(["render.samples=48", "render.anchor_samples=384"])
-    images = [episode.references[0].image, *(episode.scored[number].image for number in SHOWN)]
-    sheet = Image.fromarray(np.concatenate(images, axis=1))
-    sheet.resize((3 * sheet.width, 3 * sheet.height), Image.Resampling.LANCZOS).save(
+    frames = [episode.references[0], *(episode.scored[number] for number in SHOWN)]
+    sheet = Image.fromarray(np.hstack(episode.on_screen(frames)))
+    sheet.resize((2 * sheet.width, 2 * sheet.height), Image.Resampling.LANCZOS).save(
         Path(__file__).parents[1] / "domed-sensor.jpg", quality=90
     )
 

@@ -23,10 +23,10 @@ def run(settings: Sequence[str] = ()) -> Episode:
 
 
 def main() -> None:
-    """Draws the untouched frame beside three others, in the quality of the tutorial's picture."""
+    """Draws the untouched frame and three others beside their changes, in the quality of the tutorial's picture."""
     episode = run(["render.samples=24", "render.particles=400000", "render.anchor_particles=8000000"])
-    images = [episode.references[0].image, *(episode.scored[number].image for number in SHOWN)]
-    sheet = Image.fromarray(np.concatenate(images, axis=1))
+    pairs = episode.on_screen([episode.references[0], *(episode.scored[number] for number in SHOWN)])
+    sheet = Image.fromarray(np.vstack([np.hstack(pairs[:2]), np.hstack(pairs[2:])]))
     sheet.resize((2 * sheet.width, 2 * sheet.height), Image.Resampling.LANCZOS).save(
         Path(__file__).parents[1] / "own-sensor.jpg", quality=90
     )

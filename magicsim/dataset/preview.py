@@ -26,6 +26,7 @@ from magicsim.folder.listing import is_sealed, sealed, sha256_of
 from magicsim.folder.result import result_file
 from magicsim.folder.target import output_errors, refuse_foreign
 from magicsim.frame_class import classify_frame
+from magicsim.notebook.screen import on_screen
 from magicsim.scenes.scene import OutputSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.workers.attempt import WorkerOptions, bound_threads, usable_cores
@@ -110,7 +111,7 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
 
 
 def preview_frame(scenes: tuple[SceneConfig, SceneConfig]) -> Frame:
-    """The coarse frame of one episode, shape (rows, columns, 3).
+    """The coarse frame of one episode as a screen shows it, shape (rows, columns, 3).
 
     Args:
         scenes: What to render, and the untouched sensor that its exposure is metered on.
@@ -122,7 +123,7 @@ def preview_frame(scenes: tuple[SceneConfig, SceneConfig]) -> Frame:
     deformation = sensor.deform(state, sensor.rest) if state.can_touch else sensor.rest
     radiance, camera = sensor.radiance(state, deformation), scene.rig.camera
     exposure = meter(_untouched(metering.model_dump_json()), camera, metering.rig.lit)
-    return expose(radiance, exposure, camera, seed=scene.seed, frame=0)
+    return on_screen(expose(radiance, exposure, camera, seed=scene.seed, frame=0), gamma=camera.gamma)
 
 
 @lru_cache(maxsize=1)

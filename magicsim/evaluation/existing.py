@@ -100,10 +100,10 @@ def read_existing(folder: Path, *, frames_per_second: float) -> Existing:
     if (folder / MANIFEST).is_file():
         source = open_dataset(folder)
         rate = source.frames_per_second or frames_per_second
-        films = _dataset(folder, rate, is_recorded=source.recorded is not None)
         if source.recorded is not None:
-            return Existing(films=films, sensor={"frames_per_second": rate})
+            return Existing(films=_dataset(folder, rate, is_recorded=True), sensor={"frames_per_second": rate})
         recipe = source.recipe
+        films = _dataset(folder, rate, is_recorded=False, gamma=recipe.rig.camera.gamma)
         return Existing(films=films, sensor={"design": recipe.design, "rig": recipe.rig, "frames_per_second": rate})
     if (folder / TRUTH).is_file():
         tag = _tag(RECORDING, folder.resolve().name, RECORDED)
@@ -154,10 +154,11 @@ def _run(folder: Path, scene: SceneConfig) -> Footage:
             read=lambda wanted: (read_image(folder / row["file"]) for row in rows if row["is_reference"] is wanted)
         ),
         frames_per_second=scene.frames_per_second,
+        gamma=scene.rig.camera.gamma,
     )
 
 
-def _dataset(folder: Path, frames_per_second: float, *, is_recorded: bool) -> list[Footage]:
+def _dataset(folder: Path, frames_per_second: float, *, is_recorded: bool, gamma: float | None = None) -> list[Footage]:
     frames = open_frames(folder, COLUMNS)
     episodes, is_reference = frames.column("episode"), frames.column("is_reference")
     films = []
@@ -179,7 +180,7 @@ def _dataset(folder: Path, frames_per_second: float, *, is_recorded: bool) -> li
         images = StoredImages(read=partial(_row_images, scored, frames.where(mine & is_reference)))
         body, path = (str(scored.column(name)[0]) for name in ("object_kind", "path_kind"))
         tag = _tag(f"episode-{number}", body or SHOWN, path)
-        films.append(Footage(tag=tag, labels=labels, images=images, frames_per_second=frames_per_second))
+        films.append(Footage(tag=tag, labels=labels, images=images, frames_per_second=frames_per_second, gamma=gamma))
     return films
 
 

@@ -47,6 +47,8 @@ class Footage:
     labels: EpisodeLabels
     images: Images
     frames_per_second: float
+    gamma: float | None = None
+    """Exponent of the camera's tone curve; None where it is not known."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,6 +113,7 @@ def film_case(case: Case, suite: SuiteConfig, cache: Path) -> list[Footage]:
                 seed=zlib.crc32(f"{suite.seed} {case.name} {noise.name}".encode()) & 0x7FFFFFFF,
             ),
             frames_per_second=suite.frames_per_second,
+            gamma=case.scene.rig.camera.gamma,
         )
         for noise in suite.noises
     ]  # fmt: skip

@@ -18,6 +18,7 @@ from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.judge.changed_frames import FrameRun
 from magicsim.judge.measures import MEASURES, MeasureEstimate
 from magicsim.judge.regression import Change
+from magicsim.notebook.screen import STRONGER
 from magicsim.report.text import MINUS, MISSING, number, page_template, percent, span
 
 RESULTS = "evaluation.json"
@@ -92,6 +93,7 @@ def render_page(result: Evaluation) -> str:
         features=feature_rows(result.rest),
         repeatability=f"{REPEATABILITY_SD:g}",
         truth=truth,
+        stronger=STRONGER,
         span=span,
     )  # fmt: skip
 

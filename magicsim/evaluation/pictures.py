@@ -12,6 +12,7 @@ from magicsim.frame_class import FrameClass
 from magicsim.judge.changed_frames import FrameRun
 from magicsim.judge.curves import CurvePoint, Roc
 from magicsim.judge.tally import JudgedEpisode
+from magicsim.notebook.screen import beside_change
 from magicsim.report.drawing import BLUE, CLASS_COLORS, FAINT, LINE, ORANGE, drawn_panel, plot_style, to_svg
 from magicsim.report.text import data_uri, gap_or_depth
 
@@ -70,7 +71,7 @@ MOST_CHANGED = 12
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CaptionedFrame:
-    """One frame with what is true and what is said of it."""
+    """One frame beside its change, with what is true and what is said of it."""
 
     uri: str
     title: str
@@ -109,7 +110,9 @@ def _pictures(film: Footage, episode: JudgedEpisode, places: Sequence[int]) -> l
     if not places:
         return []
     images = dict(enumerate(islice(film.images.frames(), max(places) + 1)))
-    return [_picture(images[place], film, episode, place) for place in places]
+    rest = np.mean(list(film.images.references()), axis=0)
+    shown = {place: beside_change(images[place], rest, gamma=film.gamma) for place in places}
+    return [_picture(shown[place], film, episode, place) for place in places]
 
 
 def _picture(image: Frame, film: Footage, episode: JudgedEpisode, place: int) -> CaptionedFrame:

@@ -11,6 +11,7 @@ from magicsim.arrays import Array
 from magicsim.config.models import Config
 from magicsim.config.presets import PATHS_START, is_file
 from magicsim.errors import ConfigError
+from magicsim.notebook.screen import from_srgb
 
 Share = Annotated[float, Field(ge=0, le=1)]
 Color = tuple[Share, Share, Share]
@@ -147,8 +148,7 @@ class PictureMarkers(Config):
         except (OSError, Image.DecompressionBombError) as error:
             msg = f"markers.file = '{self.file}' is not allowed: must be a PNG file ({type(error).__name__})"
             raise ConfigError(msg) from None
-        linear = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)  # noqa: PLR2004 -- sRGB
-        return np.concatenate([linear[..., :3], values[..., 3:]], -1)
+        return np.concatenate([from_srgb(values)[..., :3], values[..., 3:]], -1)
 
     def centres_mm(self, footprint_mm: tuple[float, float]) -> Array:
         """Centroids of the printed spots on the undeformed face, shape (markers, 2) [mm], row by row from the top."""

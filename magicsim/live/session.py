@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from magicsim.arrays import Array
 from magicsim.config.documents import read_toml
 from magicsim.config.models import apply_overrides, load_preset, validate
 from magicsim.config.presets import find_preset, preset_names
@@ -85,6 +86,8 @@ class Session:
         self._profiles: FusedProfiles | None = None
         self.references: tuple[SimulatedFrame, ...] = ()
         """Frames of the untouched sensor that the verdicts refer to."""
+        self.rest: Array = np.zeros(())
+        """Their mean, shape (rows, columns, 3) [grey levels]."""
         self.now = Wish.of(
             scene.design, exposure_grey=scene.rig.camera.exposure_grey, has_object=scene.object is not None
         )
@@ -165,7 +168,8 @@ class Session:
         frames = [live.develop(moment) for moment in moments]
         self.references = tuple(replace(each, truth=replace(each.truth, is_reference=True)) for each in frames)
         self._told("learning the untouched sensor")
-        self._profiles = FusedProfiles.of([frame.image for frame in frames])
+        images = [frame.image for frame in frames]
+        self.rest, self._profiles = np.mean(images, axis=0), FusedProfiles.of(images)
 
     def _light(self, wish: Wish) -> None:
         live = self.live

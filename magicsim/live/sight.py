@@ -10,9 +10,10 @@ from typing import Self
 
 import cv2
 
-from magicsim.arrays import Array, Frame
+from magicsim.arrays import AnyArray, Array, Frame
 from magicsim.detectors.verdict import Verdict
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.notebook.screen import STRONGER, beside_change
 from magicsim.robot.darkroom import FULL, Rgb
 from magicsim.robot.workspace import Workspace
 from magicsim.simulation.episode import SimulatedFrame
@@ -115,18 +116,25 @@ ROW = "padding:2px 6px;text-align:left;font-weight:600"
 LETTERS = (("E [bit]", "entropy"), ("C", "correlation"), ("S", "similarity"))
 
 
-SHOWN_PX = 240
-"""Width at which the camera's frame is shown [px]."""
+SHOWN_PX = 420
+"""Width at which the camera's frame and its change are shown, or the panel's where that is less [px]."""
 
 
-def frame_picture(image: Frame) -> str:
-    """The camera's frame, lossless and with square pixels, RGB of shape (rows, columns, 3)."""
-    encoded = cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))[1].tobytes()
-    rows, columns = image.shape[:2]
+def frame_picture(image: Frame, rest: AnyArray, *, gamma: float) -> str:
+    """The camera's frame for a screen beside its change, see `magicsim.notebook.screen.beside_change`; lossless.
+
+    Args:
+        image: RGB, shape (rows, columns, 3).
+        rest: Mean of the frames of the untouched sensor, of the same shape.
+        gamma: Of the camera's tone curve.
+    """
+    shown = beside_change(image, rest, gamma=gamma)
+    encoded = cv2.imencode(".png", cv2.cvtColor(shown, cv2.COLOR_RGB2BGR))[1].tobytes()
+    (rows, columns), drawn = image.shape[:2], "pixelated" if shown.shape[1] < SHOWN_PX else "auto"
     return (
-        f"<img class='camera' alt='camera frame, {columns} x {rows} pixels' "
+        f"<img class='camera' alt='camera frame, {columns} x {rows} pixels, and {STRONGER} times its change' "
         f"src='data:image/png;base64,{base64.b64encode(encoded).decode()}' "
-        f"style='width:{SHOWN_PX}px;display:block;margin:4px auto;image-rendering:pixelated'>"
+        f"style='width:{SHOWN_PX}px;max-width:100%;display:block;margin:4px auto;image-rendering:{drawn}'>"
     )
 
 

@@ -25,7 +25,7 @@ TITLE = "magicsim live"
 PORT = 8321
 TICK_S = 0.5
 """Time between two looks at the clock [s]."""
-PANEL_PX = 380
+PANEL_PX = 450
 NO_FORCE = "<p style='margin:4px 0'>No contact solved yet.</p>"
 HELP = (
     "<p class='help' style='margin:4px 8px'>Drag the arrows at the object, or hold <b>shift</b>: arrow keys move it, "
@@ -135,7 +135,7 @@ class LiveWindow:
         gui.main_panel.set_width(PANEL_PX)
         self._state = gui.add_html(state_line(("starting", 0.0), None))
         dark = np.zeros((camera.rows, camera.columns, 3), np.uint8)
-        self._image = gui.add_html(frame_picture(dark))
+        self._image = gui.add_html(frame_picture(dark, dark, gamma=camera.gamma))
         with gui.add_folder("Verdicts"):
             self._verdicts = gui.add_html(verdict_table({}))
         with gui.add_folder("Force"):
@@ -176,7 +176,8 @@ class LiveWindow:
             self._course.add(sight.force_n)
             self._plot.data = self._course.columns()
             return
-        self._image.content = frame_picture(sight.frame.image)
+        gamma = self._session.scene.rig.camera.gamma
+        self._image.content = frame_picture(sight.frame.image, self._session.rest, gamma=gamma)
         self._verdicts.content = verdict_table(sight.verdicts)
         if self._recording is not None:
             self._recording.add(sight.frame)

@@ -1,6 +1,6 @@
 """What is made of an episode in its folder: verdicts, table, preview, page, and an MCAP file.
 
-Animated preview of a stream: the frames, each above a strip that says what is true and what was said.
+Animated preview of a stream: frames beside their changes, above a strip that says what is true and what was said.
 """
 
 import importlib
@@ -16,6 +16,7 @@ from types import ModuleType
 
 from PIL import Image, ImageDraw, ImageFont
 
+from magicsim.arrays import Frame
 from magicsim.camera.calibration import calibrate_camera
 from magicsim.dataset.rows import frame_rows
 from magicsim.detectors.verdict import Verdict
@@ -37,9 +38,9 @@ _WORDS = "#e8ecf1"
 _WRONG = "#ff9a4d"
 
 
-def with_strip(frame: SimulatedFrame, verdict: Verdict | None, *, scale: float = 1.0) -> Image.Image:
-    """A frame's picture above its strip."""
-    picture = Image.fromarray(frame.image)
+def with_strip(shown: Frame, frame: SimulatedFrame, verdict: Verdict | None, *, scale: float = 1.0) -> Image.Image:
+    """What is shown of a frame, shape (rows, columns, 3), above its strip."""
+    picture = Image.fromarray(shown)
     size = (max(1, round(picture.width * scale)), max(1, round(picture.height * scale)))
     picture = picture if size == picture.size else picture.resize(size, Image.Resampling.LANCZOS)
     lines = strip_lines(frame, verdict)
@@ -83,26 +84,22 @@ _SCALES = (1.0, 0.75, 0.5, 0.35, 0.25)
 
 
 def animate(
-    frames: Sequence[SimulatedFrame],
-    path: Path,
-    frames_per_second: float,
-    *,
-    verdicts: Sequence[Verdict] | None = None,
-    max_bytes: int = PREVIEW_BYTES,
+    episode: Episode, path: Path, *, verdicts: Sequence[Verdict] | None = None, max_bytes: int = PREVIEW_BYTES
 ) -> Path:
     """Write an animation (WebP) that loops, as large as `max_bytes` allows, at least at a quarter of the size.
 
     Without verdicts the strip states the truth alone.
     """
-    if not frames or frames_per_second <= 0.0:
-        raise OutputError(f"{len(frames)} frames at {frames_per_second:g}/s make no preview; both must be above 0")
+    frames = episode.scored
+    if not frames:
+        raise OutputError("0 frames make no preview; there must be one at least")
     if verdicts and len(verdicts) != len(frames):
         raise OutputError(f"{len(verdicts)} verdicts for {len(frames)} frames; must be one for each")
     said: Sequence[Verdict | None] = verdicts or [None] * len(frames)
-    data = b""
+    data, shown = b"", episode.on_screen(frames)
     for scale in _SCALES:
-        pictures = [with_strip(frame, one, scale=scale) for frame, one in zip(frames, said, strict=True)]
-        data = _encode(pictures, frames_per_second)
+        pictures = [with_strip(*each, scale=scale) for each in zip(shown, frames, said, strict=True)]
+        data = _encode(pictures, episode.scene.frames_per_second)
         if len(data) <= max_bytes:
             break
     with result_file(path) as partial:
@@ -151,7 +148,7 @@ def report_episode(folder: Path, episode: Episode, facts: Mapping[str, str]) -> 
     write_table(folder / TABLE, episode, judgements)
     if scene.output.preview:
         verdicts = judgements[0].verdicts if judgements else ()
-        animate(episode.scored, folder / PREVIEW, scene.frames_per_second, verdicts=verdicts)
+        animate(episode, folder / PREVIEW, verdicts=verdicts)
     if scene.output.report:
         facts = dict(facts) | ({"Not judged": refused} if refused else {})
         (folder / REPORT).write_text(render_report(episode, judgements, facts), encoding="utf-8")

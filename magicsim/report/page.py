@@ -11,6 +11,7 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.judge.verdicts import Judgement
+from magicsim.notebook.screen import STRONGER
 from magicsim.report.drawing import CLASS_COLORS
 from magicsim.report.plots import plot_features, plot_force_depth, plot_forces
 from magicsim.report.story import Caption, pick_frames, tell_phases, write_caption
@@ -105,7 +106,7 @@ class ProfilePart:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Card:
-    """One picture of the contact sheet, as a data URI."""
+    """One frame of the contact sheet beside its change, as a data URI."""
 
     picture: str
     caption: Caption
@@ -139,12 +140,13 @@ def render_report(episode: Episode, judgements: Sequence[Judgement], facts: Mapp
         facts={name: value for name, value in {**scene_facts(episode), **facts}.items() if name != "Scene"},
         profiles=[_profile_part(frames, each, place) for place, each in enumerate(judgements, start=1)],
         sheet_profile=sheet.profile if sheet else None,
-        cards=_cards(frames, sheet.verdicts if sheet else None),
+        cards=_cards(episode, sheet.verdicts if sheet else None),
         class_colors={str(each): color for each, color in CLASS_COLORS.items()},
         forces=Markup(plot_forces(frames, name="forces")) if approached else None,
         force_depth=Markup(plot_force_depth(frames, name="force-depth")) if touched else None,
         solve=solve_rows(frames),
         truth=truth,
+        stronger=STRONGER if episode.references else None,
         span=span,
     )
 
@@ -154,14 +156,15 @@ def _sheet_judgement(judgements: Sequence[Judgement]) -> Judgement | None:
     return next(iter([*named, *reversed(judgements)]), None)
 
 
-def _cards(frames: Sequence[SimulatedFrame], verdicts: Sequence[Verdict] | None) -> list[Card]:
-    phases = tell_phases(frames)
+def _cards(episode: Episode, verdicts: Sequence[Verdict] | None) -> list[Card]:
+    frames = episode.scored
+    phases, places = tell_phases(frames), pick_frames(frames)
     return [
         Card(
-            picture=data_uri(frames[place].image),
+            picture=data_uri(picture),
             caption=write_caption(frames[place], phases[place], verdicts[place] if verdicts else None),
         )
-        for place in pick_frames(frames)
+        for place, picture in zip(places, episode.on_screen([frames[place] for place in places]), strict=True)
     ]
 
 

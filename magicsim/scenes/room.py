@@ -19,6 +19,7 @@ from magicsim.config.models import Config, validate
 from magicsim.config.presets import expanded, is_file, preset_root
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.folder.listing import sha256_of
+from magicsim.notebook.screen import from_srgb
 
 STREAM = 0x9A55
 """Keeps its random numbers apart from others of a scene's seed."""
@@ -124,9 +125,7 @@ def room_radiance(name: str) -> Array:
 
 @lru_cache(maxsize=4)
 def _read(path: Path, _whole_path: str, _digest: str) -> Array:
-    coded = _pixels(path)
-    # sRGB's tone curve, IEC 61966-2-1.
-    linear = np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4)  # noqa: PLR2004
+    linear = from_srgb(_pixels(path))
     mean = (linear * solid_angles(len(linear))[:, None, None]).sum(0).mean(0)
     if not (mean > 0).all():
         raise ConfigError(f"rig.room '{path.name}' is black in a channel: there is nothing to scale to rig.ambient")

@@ -15,6 +15,7 @@ from magicsim.errors import OutputError
 from magicsim.folder import result_file
 from magicsim.frame_class import FrameClass
 from magicsim.notebook import picture_row
+from magicsim.notebook.screen import beside_change
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNKNOWN_ORIGIN, FrameState, Origin
 from magicsim.simulation.touch_truth import TouchFields
@@ -158,8 +159,21 @@ class Episode:
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the story in a few pictures."""
-        pictures = [(frame.image, frame.truth.caption) for frame in story_frames(self.scored or self.frames)]
-        return f"<div><b>{escape(repr(self))}</b></div>{picture_row(pictures)}"
+        frames = story_frames(self.scored or self.frames)
+        captions = [frame.truth.caption for frame in frames]
+        row = picture_row(list(zip(self.on_screen(frames), captions, strict=True)))
+        return f"<div><b>{escape(repr(self))}</b></div>{row}"
+
+    @property
+    def rest(self) -> Array | None:
+        """Mean of the reference frames, shape (rows, columns, 3) [grey levels]; None without any."""
+        references = [frame.image for frame in self.references]
+        return np.mean(references, axis=0) if references else None
+
+    def on_screen(self, frames: Sequence[SimulatedFrame]) -> list[Frame]:
+        """Frames as a screen shows them, each beside its change: `magicsim.notebook.screen.beside_change`."""
+        rest, gamma = self.rest, self.scene.rig.camera.gamma
+        return [beside_change(frame.image, rest, gamma=gamma) for frame in frames]
 
     def _extremes(self) -> str:
         gaps = [frame.truth.state.gap_mm for frame in self.scored if frame.truth.state.gap_mm is not None]

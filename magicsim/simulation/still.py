@@ -12,6 +12,7 @@ from magicsim.errors import ConfigError
 from magicsim.folder import check_file, result_file
 from magicsim.light.variant import activate_variant
 from magicsim.notebook import picture_row
+from magicsim.notebook.screen import to_srgb
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.simulation.sensor import Sensor, sensor_camera
@@ -19,8 +20,8 @@ from magicsim.waiting import Told, on_stderr, waiting
 
 LEAST_ERROR = 1e-6
 """Below the rounding of float32 images."""
-WHITE, GAMMA = 99.0, 2.2
-"""Percentile that a notebook shows as white, and the gamma of its screen."""
+WHITE = 99.0
+"""Percentile that a notebook shows as white."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,8 +82,8 @@ class Rendering:
         return f"Rendering({columns} x {rows} pixels, {self.still})"
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: the image, its brightest hundredth cut off, with the gamma of a screen."""
-        image = np.clip(self.image / max(float(np.percentile(self.image, WHITE)), 1e-30), 0, 1) ** (1 / GAMMA)
+        """What a notebook shows: the image, its brightest hundredth cut off, in a screen's tone curve."""
+        image = to_srgb(np.clip(self.image / max(float(np.percentile(self.image, WHITE)), 1e-30), 0, 1))
         return picture_row([((255 * image).astype(np.uint8), f"frame by {self.still.estimator}")])
 
 

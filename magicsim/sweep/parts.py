@@ -20,6 +20,7 @@ from magicsim.errors import ConfigError, ConvergenceError, FrameError, MagicsimE
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import resolve_grid
 from magicsim.light.records.untouched_store import UntouchedStates
+from magicsim.notebook.screen import beside_change
 from magicsim.report.text import data_uri
 from magicsim.sweep import detection, texture
 from magicsim.sweep.designs import SweptSensor, renderings_of
@@ -294,4 +295,6 @@ def _pictures(film: DesignFilm) -> dict[str, str]:
     shown = {"untouched": film.untouched}
     shown |= {f"gap {each.gap_mm:g} mm": each for each in film.approach[-SHOWN_GAPS:]}
     shown |= {f"depth {-(each.gap_mm or 0):g} mm": each for each in film.press}
-    return {caption: data_uri(film.frames(each, 1)[0]) for caption, each in shown.items()}
+    rest, gamma = np.mean(film.references(), axis=0), film.camera.gamma
+    frames = {caption: film.frames(each, 1)[0] for caption, each in shown.items()}
+    return {caption: data_uri(beside_change(frame, rest, gamma=gamma)) for caption, frame in frames.items()}

@@ -30,6 +30,7 @@ from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.plain import BoxObject
 from magicsim.geometry.objects.textured import DotsObject, LinesObject
 from magicsim.light.records.untouched_store import UntouchedStates
+from magicsim.notebook.screen import beside_change
 from magicsim.sampling.bootstrap import interval
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.timeline import UNTOUCHED
@@ -58,7 +59,7 @@ class PlateFrames:
     places_mm: Array
     """Where the pixels look on the face, shape (pixels, 2) [mm]."""
     picture: Frame
-    """The first frame, whole."""
+    """The first frame, whole, beside its change."""
 
 
 def plate(pattern: Pattern | None, spacing_mm: float, like: ObjectConfig | None = None) -> ObjectConfig:
@@ -111,7 +112,8 @@ def press_plate(
     landing = pixel_landing_mm(design, rig.lens, rig.camera)
     inside = np.abs(landing).max(2) <= LOOKED_AT_PERIODS * spacing_mm / 2
     contrast = ((shown - reference) / reference[inside].mean(0))[:, inside]
-    return PlateFrames(contrast=contrast, places_mm=landing[inside], picture=shown[0].astype(np.uint8))
+    picture = beside_change(shown[0].astype(np.uint8), reference, gamma=camera.gamma)
+    return PlateFrames(contrast=contrast, places_mm=landing[inside], picture=picture)
 
 
 def plate_rig(sensor: SweptSensor, spacing_mm: float, quality: SweepQuality) -> Rig:

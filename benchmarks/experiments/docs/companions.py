@@ -11,6 +11,7 @@ import numpy as np
 
 from magicsim.arrays import Frame
 from magicsim.geometry.pose import Pose
+from magicsim.notebook.screen import change, on_screen
 from magicsim.robot.fingers import ObjectPlace, object_pose
 from magicsim.robot.gripper import Gripper
 from magicsim.scenes.scene import load_scene
@@ -20,7 +21,7 @@ from magicsim_experiments.task.running import task_scene
 from magicsim_experiments.task.settings import GraspConfig, load_item
 from magicsim_experiments.task.world import build_gripper
 
-GAP_MM, DEPTH_MM, STRONGER, GREY, EDGE_PX = 2.0, 8.0, 4, 128, 6
+GAP_MM, DEPTH_MM, SPACE_PX = 2.0, 8.0, 6
 HERE = Path(__file__).parent
 
 
@@ -30,9 +31,9 @@ def both(gripper: Gripper, pose: Pose) -> Frame:
     for each in (None, pose):
         gripper.accompany(each)
         images.append(gripper.upper.frame().image)
-    change = GREY + STRONGER * (images[1].astype(int) - images[0])
-    images.append(np.clip(change, 0, 255).astype(np.uint8))
-    return np.hstack([np.pad(each, ((0, EDGE_PX), (0, EDGE_PX), (0, 0)), constant_values=255) for each in images])
+    gamma = gripper.upper.scene.rig.camera.gamma
+    tiles = [*(on_screen(each, gamma=gamma) for each in images), change(images[1], images[0])]
+    return np.hstack([np.pad(each, ((0, SPACE_PX), (0, SPACE_PX), (0, 0)), constant_values=255) for each in tiles])
 
 
 def offered() -> Frame:
@@ -58,7 +59,7 @@ def plugged() -> Frame:
 
 def main() -> None:
     """Renders and writes."""
-    sheet = np.vstack([offered(), plugged()])[:-EDGE_PX, :-EDGE_PX, ::-1]
+    sheet = np.vstack([offered(), plugged()])[:-SPACE_PX, :-SPACE_PX, ::-1]
     cv2.imwrite(str(HERE / "companions.jpg"), np.ascontiguousarray(sheet), [cv2.IMWRITE_JPEG_QUALITY, 88])
 
 

@@ -3,7 +3,7 @@
 python benchmarks/experiments/docs/lighting_experiment.py   # its .jpg and .json, a few minutes
 
 Scene `lighting` on its own rig `two-pairs` and on a DIGIT's lights (`digit-rgb`), in the dark and in an office; all
-figures are read off 8-bit frames, as the camera gives them.
+figures are read off 8-bit frames, as the camera gives them; the picture is in a screen's tone curve.
 """
 
 import json
@@ -14,6 +14,7 @@ from typing import Any
 from PIL import Image, ImageDraw
 
 from magicsim import load_scene, simulate
+from magicsim.notebook.screen import on_screen
 from magicsim_experiments.study.lighting.color_measures import (
     CHANNELS,
     Frame,
@@ -60,7 +61,7 @@ def measured(images: list[Frame], masks: list[Mask]) -> dict[str, Any]:
 def labelled(image: Frame, text: str) -> Image.Image:
     """A picture with a line of text above it."""
     canvas = Image.new("RGB", (image.shape[1], image.shape[0] + 16), "white")
-    canvas.paste(Image.fromarray(image), (0, 16))
+    canvas.paste(Image.fromarray(on_screen(image, gamma=1.0)), (0, 16))
     ImageDraw.Draw(canvas).text((3, 2), text, fill="black")
     return canvas
 

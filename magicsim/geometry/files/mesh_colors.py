@@ -8,6 +8,7 @@ import trimesh
 
 from magicsim.arrays import Array
 from magicsim.errors import ConfigError
+from magicsim.notebook.screen import from_srgb
 
 MAX_PIXELS = 50_000_000
 """Largest texture: it is decoded when its colours are looked up."""
@@ -48,9 +49,7 @@ def file_colors(path: str, points: Array) -> Array:
         color = np.einsum("pc,pci->pi", weights, np.asarray(visual.vertex_colors, np.float64)[faces[face]])
     else:
         color = np.asarray(visual.face_colors)[face]
-    encoded = np.asarray(color, np.float64)[:, :3] / 255
-    # Linear light from sRGB (IEC 61966-2-1)
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)  # noqa: PLR2004
+    return from_srgb(np.asarray(color, np.float64)[:, :3] / 255)
 
 
 def _image(visual: Any) -> Any:  # noqa: ANN401 -- of trimesh, without types

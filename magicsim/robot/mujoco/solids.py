@@ -26,6 +26,7 @@ from magicsim.geometry.shapes.entry import EntrySide
 from magicsim.geometry.shapes.mesh_solid import MeshShape
 from magicsim.geometry.shapes.revolved import Arc, ConvexProfile, Revolved
 from magicsim.geometry.shapes.solids import RoundedBox, RoundedCylinder, Shape, Sphere
+from magicsim.notebook.screen import from_srgb
 
 MjModel = Any
 """`mujoco.MjModel`; its attributes are those of MuJoCo's C structure."""
@@ -167,10 +168,6 @@ def _edge_mm(*half_sizes_mm: float) -> float:
     return min(EDGE_RADIUS_MM, EDGE_SHARE * min(half_sizes_mm))
 
 
-LINEAR_KNEE, LINEAR_SLOPE = 0.04045, 12.92
-"""Where the curve of sRGB begins, and its slope below (IEC 61966-2-1)."""
-
-
 class BodyObject(ObjectBase):
     """A solid in any orientation."""
 
@@ -215,7 +212,7 @@ def body_object(model: MjModel, body: int) -> tuple[BodyObject, int | None]:
     material = int(model.geom_matid[geoms[0]])
     rgba = model.geom_rgba[geoms[0]] if material < 0 else model.mat_rgba[material]
     specular = 0.0 if material < 0 else float(model.mat_reflectance[material])
-    red, green, blue = _linear(np.asarray(rgba[:3], np.float64)).tolist()
+    red, green, blue = np.clip(from_srgb(np.asarray(rgba[:3], np.float64)), 0, 1).tolist()
     return BodyObject(solid=solid, color=(red, green, blue), specular=specular), frame
 
 
@@ -238,9 +235,3 @@ def pose_in_sensor(position_m: Array, rotation: Array, site_position_m: Array, s
     return Pose(
         position_mm=MM * (site_rotation.T @ (position_m - site_position_m)), rotation=site_rotation.T @ rotation
     )
-
-
-def _linear(srgb: Array) -> Array:
-    low = srgb / LINEAR_SLOPE
-    high = ((srgb + 0.055) / 1.055) ** 2.4
-    return np.asarray(np.clip(np.where(srgb <= LINEAR_KNEE, low, high), 0, 1))

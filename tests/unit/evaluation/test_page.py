@@ -1,16 +1,22 @@
 """The report and the result's JSON."""
 
+import base64
+import io
 import json
 from collections.abc import Callable
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from magicsim.evaluation.baseline import load_baseline, save_baseline
 from magicsim.evaluation.evaluate import Evaluation
 from magicsim.evaluation.page import describe, feature_rows, render_page
+from magicsim.evaluation.pictures import sheet
+from magicsim.notebook.screen import EDGE_PX, to_srgb
 
 
 class Page(HTMLParser):
@@ -53,6 +59,15 @@ def test_page_shows_every_group_and_names_the_fallen_frames(worse: Evaluation):
     run = worse.regressions[0].frames[0]
     assert run.episode in text
     assert "fell</span> against the baseline" in text
+
+
+def test_frames_stand_beside_their_change_on_a_screen(found: Evaluation):
+    film, episode = found.footage[0], found.episodes[0]
+    picture = sheet([film], [episode], found.standard)[0]
+    shown = np.asarray(Image.open(io.BytesIO(base64.b64decode(picture.uri.partition(",")[2]))).convert("RGB"), float)
+    frame = list(film.images.frames())[int(picture.title.split()[-1])]
+    assert shown.shape == (len(frame), 2 * frame.shape[1] + EDGE_PX, 3)
+    assert shown[:, : frame.shape[1]].mean() == pytest.approx(255 * to_srgb(frame / 255).mean(), abs=4)
 
 
 def test_page_without_baseline_says_so(found: Evaluation):

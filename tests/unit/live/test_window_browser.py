@@ -12,6 +12,7 @@ import pytest
 
 from magicsim.judge.verdicts import TABLE
 from magicsim.live.window import LiveWindow
+from magicsim.notebook.screen import EDGE_PX
 
 pytestmark = pytest.mark.browser
 SLOW_MS = 60_000
@@ -65,7 +66,7 @@ def pixel_of(camera, page, point_mm: tuple[float, float, float]) -> tuple[float,
 
 
 def test_page_shows_frame_verdicts_force_and_rate(opened):
-    assert opened.locator("img.camera").evaluate("each => each.complete && each.naturalWidth") == 24
+    assert opened.locator("img.camera").evaluate("each => each.complete && each.naturalWidth") == 48 + EDGE_PX
     assert "24 x 32" in opened.locator("img.camera").get_attribute("alt")
     text = opened.locator("table.verdicts").inner_text()
     assert all(word in text for word in ("calibrated", "published", "E [bit]", "proximity", "contact"))

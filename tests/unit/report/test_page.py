@@ -1,17 +1,23 @@
 """The page: complete, self-contained, honest about mistakes and about what is missing."""
 
+import base64
+import io
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects.mesh_object import MeshObject
+from magicsim.notebook.screen import EDGE_PX
 from magicsim.report.page import render_report
+from magicsim.report.story import pick_frames
 from magicsim.report.text import percent
 
-from .synthetic import make_episode, make_judgement
+from .synthetic import RIG, make_episode, make_judgement
 
 VOID = {"meta", "img"}
 
@@ -143,6 +149,18 @@ def test_page_says_which_frames_a_score_lacks(keyframes, proximity, contact):
     assert f"not scored ({contact})" in page
     assert "No object in this episode" in page or keyframes[0].get("gap_mm") is not None
     assert ("No contact in this episode" in page) == (keyframes[-1].get("gap_mm", 1.0) > 0.0)
+
+
+@pytest.mark.parametrize("references", [0, 3])
+def test_frames_stand_beside_their_change_where_rest_is_known(references):
+    episode = make_episode(references=references, rig=RIG | {"camera": {"gamma": 2.2}})
+    page = render_report(episode, [], {})
+    assert ("4 times its change against rest" in page) == bool(references)
+    coded = re.search(r'src="data:image/webp;base64,([^"]+)"', page)
+    shown = np.asarray(Image.open(io.BytesIO(base64.b64decode(coded[1]))).convert("RGB"), float)
+    assert shown.shape == (32, 2 * 24 + EDGE_PX if references else 24, 3)
+    first = episode.scored[pick_frames(episode.scored)[0]].image
+    assert shown[:, :24].mean() == pytest.approx(first.mean(), abs=3)  # the camera has a tone curve
 
 
 def test_page_without_judgements_has_no_verdicts(episode):

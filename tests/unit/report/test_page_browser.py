@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from magicsim.notebook.screen import EDGE_PX
 from magicsim.report.episode_report import animate
 from magicsim.report.page import render_report
 
@@ -17,7 +18,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder, episode = tmp_path_factory.mktemp("report"), make_episode()
     judgements = [make_judgement(episode, tau_e=1.9), make_judgement(episode, "published", tau_e=0.5, tau_g=0.6)]
     (folder / "report.html").write_text(render_report(episode, judgements, {"Estimator": "fluence"}), encoding="utf-8")
-    animate(episode.scored, folder / "preview.webp", 15.0, verdicts=judgements[0].verdicts)
+    animate(episode, folder / "preview.webp", verdicts=judgements[0].verdicts)
     return folder
 
 
@@ -27,6 +28,8 @@ def test_report_shows_every_picture_and_fits_its_window(page, folder: Path):
     assert pictures.count() > 3
     assert page.evaluate("[...document.images].every(each => each.complete && each.naturalWidth > 0)")
     assert page.evaluate("[...document.images].every(each => each.alt !== '')")
+    widths = page.evaluate("[...document.images].map(each => each.naturalWidth)")
+    assert set(widths) == {2 * 24 + EDGE_PX}
     assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
 
 
