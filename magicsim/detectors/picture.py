@@ -171,10 +171,13 @@ def _quietly(path: Path, decode: Callable[[AnyPixels], Any], content: bytes) -> 
 
 
 def _remark_on(path: Path, content: bytes, remark: Remark) -> None:
-    if content.startswith(b"\xff\xd8"):
+    lossy = "JPEG" if content.startswith(b"\xff\xd8") else ""
+    if content[:4] == b"RIFF" and b"VP8 " in content[:HEAD_BYTES]:
+        lossy = "WebP that is not lossless"
+    if lossy:
         remark(
-            f"images in '{path.parent}' are JPEG, which loses detail: frames of something near may be judged Touched; "
-            "save PNG"
+            f"images in '{path.parent}' are {lossy}, which loses detail: frames of something near may be judged "
+            "Touched; save PNG"
         )
     orientation = exif_orientation(content)
     if orientation != UPRIGHT:

@@ -45,6 +45,8 @@ def odd_labels(
     depth = float(np.nanmax(-gap_mm, initial=-math.inf)) if not np.isnan(gap_mm).all() else -math.inf
     if len(known) and known.max() > MOST_N:
         yield f"{force} reaches {known.max():.4g} N, more than such a sensor bears: mN or grams? give N"
+    if len(known) and 0 < known.max() <= felt_n:
+        yield f"{force} reaches {known.max():.2g} N, which is no touch: kN or kg? give N"
     if 0 < depth < LEAST_DEPTH_MM:
         yield f"{gap} reaches a depth of {depth:.2g} mm, which is no press: metres? give mm"
     if depth > MOST_DEPTH_MM:

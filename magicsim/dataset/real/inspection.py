@@ -34,6 +34,8 @@ LIKE_RATIO = 1.25
 """Mean brightness against that of another sensor that is told."""
 MOST_SATURATED, LEAST_MEAN = 0.2, 10.0
 """Share of saturated pixels, and mean grey level, that are told."""
+SLOW_S = 5.0
+"""Time from one frame to the next that is told [s]."""
 CLOCKS = {1e3: "ms", 1e6: "microseconds", 1e9: "ns"}
 """Units in which tables of other programs have times, by how many make a second."""
 
@@ -173,6 +175,10 @@ def _of_clock(sequence: RecordedSequence, recording: RealRecording) -> Iterator[
             yield f": {unnamed} images of '{recording.frames}' have no row in the labels and are left out"
         if recording.unlabelled:
             yield f": {recording.unlabelled} of {recording.samples} frames have rows without any label"
+        steps = np.diff([row["time_s"] for row in sequence.survey.rows])
+        step_s = float(np.nanmedian(steps)) if np.isfinite(steps).any() else 0.0
+        if step_s > SLOW_S:
+            yield f": frames are {step_s:.4g} s apart: ms? set scale.time_s = 0.001"
         return
     assert recording.frames_s is not None  # a film has a frame
     assert recording.labels_s is not None  # and its rows have times
@@ -186,7 +192,7 @@ def _of_clock(sequence: RecordedSequence, recording: RealRecording) -> Iterator[
     if recording.unlabelled:
         yield f": {recording.unlabelled} of {recording.samples} frames have no labels: {both}{hint}"
     start_s = sequence.start_s - sequence.source.offset_s
-    if start_s:
+    if start_s and not sequence.source.offset_s:
         yield (
             f": the clock of the video is at {start_s:.6g} s in its first frame: {both}; set offset_s = {-start_s:.6g} "
             "where labels count from the first frame"

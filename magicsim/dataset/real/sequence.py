@@ -343,9 +343,10 @@ def check_size(frame: Frame, size: tuple[int, int], name: str) -> None:
     Raises:
         FrameError: It says what to set.
     """
-    if frame.shape[:2] != size:
-        msg = (
-            f"frame '{name}' has {frame.shape[1]} x {frame.shape[0]} pixels, those before it {size[1]} x {size[0]}; "
-            f"set frames.size_px = [{size[1]}, {size[0]}], and frames.crop_px where their shapes differ"
-        )
-        raise FrameError(msg)
+    if frame.shape[:2] == size:
+        return
+    now, before = f"{frame.shape[1]} x {frame.shape[0]}", f"{size[1]} x {size[0]}"
+    advice = f"set frames.size_px = [{size[1]}, {size[0]}], and frames.crop_px where their shapes differ"
+    if frame.shape[:2] == size[::-1]:
+        advice = "one of them is turned, or was as its file says: turn it before, or set frames.size_px"
+    raise FrameError(f"frame '{name}' has {now} pixels, those before it {before}; {advice}")

@@ -93,3 +93,9 @@ def test_file_of_several_pictures_is_a_recording(tmp_path: Path):
     assert np.array_equal(frames[11]["image"], pressed(1.0, 11))
     with pytest.raises(ConfigError, match="frames_per_second is missing"):
         inspect_real(load_real(describe(tmp_path, *lines, top=[TIMED])))
+
+
+def test_times_in_milliseconds_are_told(tmp_path: Path):
+    path = recording(tmp_path, NUMBERS, TIMED, times=lambda number: 66.7 * number)
+    told = inspect_real(load_real(path)).told
+    assert any("frames are 66.7 s apart: ms? set scale.time_s = 0.001" in each for each in told)

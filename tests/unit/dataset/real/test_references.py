@@ -95,6 +95,7 @@ def test_touched_reference_is_told_as_detect_tells_it(tmp_path: Path):
     ("labels", "said"),
     [
         ({"f": [0.0] * 6 + [300, 600, 900, 400]}, "force_n reaches 900 N, more than such a sensor bears: mN or grams?"),
+        ({"f": [0.0] * 6 + [0.0003, 0.0006, 0.0009, 0.0004]}, "force_n reaches 0.0009 N, which is no touch: kN or kg?"),
         ({"depth": [0.0] * 6 + [0.0003, 0.0006, 0.0009, 0.0004]}, "depth_mm reaches a depth of 0.0009 mm, .* metres?"),
         ({"depth": [0.0] * 6 + [300, 600, 900, 400]}, "depth_mm reaches a depth of 900 mm, .* micrometres?"),
         ({"depth": [0.0] * 6 + [0.4] * 4, "f": [0.0] * 10}, "force_n and depth_mm disagree in 4 frames"),
