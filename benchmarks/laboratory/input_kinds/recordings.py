@@ -62,7 +62,7 @@ def film(
 
     pixels, options = {"ffv1": ("bgr0", {}), "libx264rgb": ("rgb24", {"qp": "0"}), "mjpeg": ("yuvj420p", {})}[codec]
     with av.open(str(path), "w") as container:
-        stream = container.add_stream(codec, rate=10, options=options)
+        stream: Any = container.add_stream(codec, rate=10, options=options)
         stream.width, stream.height, stream.pix_fmt = images[0].shape[1], images[0].shape[0], pixels
         stream.codec_context.time_base = Fraction(1, 1000)
         for number, image in enumerate(images):
@@ -329,7 +329,7 @@ kind(
 
 def _lossy(name: str, code: str) -> Attempt:
     def attempt(folder: Path) -> str | None:
-        writer = cv2.VideoWriter(str(folder / name), cv2.VideoWriter_fourcc(*code), 10, (80, 60))
+        writer = cv2.VideoWriter(str(folder / name), cv2.VideoWriter.fourcc(*code), 10, (80, 60))
         for each in PRESS:
             writer.write(np.ascontiguousarray(each[..., ::-1]))
         writer.release()
