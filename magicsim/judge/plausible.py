@@ -51,14 +51,14 @@ def odd_labels(
         yield f"{gap} reaches a depth of {depth:.2g} mm, which is no press: metres? give mm"
     if depth > MOST_DEPTH_MM:
         yield f"{gap} reaches a depth of {depth:.4g} mm, more than the sensor is thick: micrometres? give mm"
-    first = known[:UNTARED_FRAMES]
-    if len(first) == UNTARED_FRAMES and first.min() > felt_n:
-        middle = float(np.median(first))
-        if known.min() > felt_n or np.abs(first - middle).max() <= STEADY * middle:
-            yield (
-                f"{force} is {middle:.3g} N from the first frame on, a contact before anything touches: not tared? "
-                "subtract what an untouched sensor shows"
-            )
+    if (middle := _from_the_first(known, felt_n)) is not None:
+        yield (
+            f"{force} is {middle:.3g} N from the first frame on, a contact before anything touches: not tared? "
+            "subtract what an untouched sensor shows"
+        )
+    depths = -gap_mm[~np.isnan(gap_mm)]
+    if (middle := _from_the_first(depths, NEAR_MIN_MM)) is not None:
+        yield f"{gap} is a depth of {middle:.3g} mm from the first frame on, before anything touches: another zero?"
     with np.errstate(invalid="ignore"):
         pressed, away = -gap_mm >= CONTACT_MIN_DEPTH_MM, gap_mm > NEAR_MIN_MM
         at_odds = (pressed & (force_n <= felt_n)) | (away & (force_n > felt_n))
@@ -68,3 +68,12 @@ def odd_labels(
             f"{force} and {gap} disagree in {int(at_odds.sum())} frames, which touch by one and not by the other: "
             "another zero, unit or clock?"
         )
+
+
+def _from_the_first(values: Array, least: float) -> float | None:
+    """The median of the first values, where they are all above the least and steady, or no later one falls below it."""
+    first = values[:UNTARED_FRAMES]
+    if len(first) < UNTARED_FRAMES or first.min() <= least:
+        return None
+    middle = float(np.median(first))
+    return middle if values.min() > least or np.abs(first - middle).max() <= STEADY * middle else None

@@ -1,6 +1,7 @@
 """Fits a detector profile to labelled episodes of one sensor and saves it, so that every design is judged fairly."""
 
 import dataclasses
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from magicsim.detectors.calibrate import Candidates, fit_profile
 from magicsim.detectors.combined import detect_all
 from magicsim.detectors.features import Episode, scored_classes
 from magicsim.detectors.fusion import fuse
+from magicsim.detectors.offline import untouched_unlike
 from magicsim.detectors.profile import DetectorProfile, load_profile, save_profile
 from magicsim.detectors.thresholds import fit_widths
 from magicsim.detectors.verdict import Proximity, Verdict
@@ -24,6 +26,8 @@ from magicsim.judge.curves import rates_at, roc_curve
 from magicsim.judge.recorded import read_episode
 from magicsim.judge.score import DetectionScore, score_verdicts
 from magicsim.waiting import Told, on_stderr, waiting
+
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,6 +100,10 @@ def calibrate(
         labelled = [episode for folder in episodes for episode in read(folder)]
         fitted = fit_profile(start, labelled, candidates)
         profile = fit_widths(fitted.best.profile, labelled)
+        for episode in labelled:
+            at_rest = detect_all(episode.references, fuse(episode.references, profile), profile)
+            if odd := untouched_unlike([(each.proximity, each.combined) for each in at_rest]):
+                _LOG.warning("%s", odd)
         seen, unseen = score_profile(profile, labelled), cross_validate(start, labelled, candidates)
         before = _base_score(start, labelled)
         names = ", ".join(folder.resolve().name for folder in episodes)

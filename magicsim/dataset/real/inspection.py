@@ -175,8 +175,7 @@ def _of_clock(sequence: RecordedSequence, recording: RealRecording) -> Iterator[
             yield f": {unnamed} images of '{recording.frames}' have no row in the labels and are left out"
         if recording.unlabelled:
             yield f": {recording.unlabelled} of {recording.samples} frames have rows without any label"
-        steps = np.diff([row["time_s"] for row in sequence.survey.rows])
-        step_s = float(np.nanmedian(steps)) if np.isfinite(steps).any() else 0.0
+        step_s = _median_step_s(np.array([row["time_s"] for row in sequence.survey.rows]))
         if step_s > SLOW_S:
             yield f": frames are {step_s:.4g} s apart: ms? set scale.time_s = 0.001"
         return
@@ -186,10 +185,13 @@ def _of_clock(sequence: RecordedSequence, recording: RealRecording) -> Iterator[
     both = f"frames are from {first:.15g} to {last:.15g} s, rows of labels from {begin:.15g} to {end:.15g} s"
     unit = next((each for each in CLOCKS if last > first and 0.5 < (end - begin) / (last - first) / each < 2), None)  # noqa: PLR2004
     hint = f"; are rows in {CLOCKS[unit]}? set scale.time_s = {1 / unit:g}" if unit is not None else ""
+    step_s, most_gap_s = _median_step_s(sequence.labels.times_s), sequence.description.most_gap_s
     if first > end or last < begin:
         hint = hint or f"; offset_s = {sequence.source.offset_s + begin - first:.15g} makes them begin together"
         raise ConfigError(f"{sequence.field}: no frame has labels: {both}{hint}")
     if recording.unlabelled:
+        if not hint and step_s > most_gap_s:
+            hint = f"; rows are {step_s:.4g} s apart, and most_gap_s = {most_gap_s:g}"
         yield f": {recording.unlabelled} of {recording.samples} frames have no labels: {both}{hint}"
     start_s = sequence.start_s - sequence.source.offset_s
     if start_s and not sequence.source.offset_s:
@@ -197,6 +199,12 @@ def _of_clock(sequence: RecordedSequence, recording: RealRecording) -> Iterator[
             f": the clock of the video is at {start_s:.6g} s in its first frame: {both}; set offset_s = {-start_s:.6g} "
             "where labels count from the first frame"
         )
+
+
+def _median_step_s(times_s: Array) -> float:
+    """Usual time from one row to the next [s]; 0 where it is not known."""
+    steps = np.diff(times_s)
+    return float(np.nanmedian(steps)) if np.isfinite(steps).any() else 0.0
 
 
 def _of_numbers(sequence: RecordedSequence) -> Iterator[str]:
@@ -225,22 +233,26 @@ def _of_references(untouched: Sequence[Frame]) -> Iterator[str]:
     means = np.array([each.mean((0, 1)) for each in untouched]) + 1
     if not len(means):
         return
-    usual = np.median(means, 0)
-    black = [number for number, each in enumerate(means) if each.mean() < min(LEAST_MEAN, usual.mean() / 2)]
+    usual = means[np.argsort(means.sum(1))[3 * len(means) // 4]]  # not black, even where most are
+    black = _black(means, usual)
     if black:
         yield f": reference frames {_numbers(black)} are black: leave out what a camera gives before it is ready"
     lit = [number for number in range(len(means)) if number not in black]
-    tints = means[lit] / usual / np.median(means[lit] / usual, 1, keepdims=True)
-    coloured = [number for number, each in zip(lit, tints, strict=True) if each.max() / each.min() > MOST_RATIO]
-    if coloured:
+    shares = means[lit] / np.median(means[lit], 0)
+    levels = np.median(shares, 1)
+    tints = (shares.max(1) / shares.min(1)) > MOST_RATIO
+    if coloured := [number for number, is_tinted in zip(lit, tints, strict=True) if is_tinted]:
         yield f": reference frames {_numbers(coloured)} have other colours than the rest: lock the white balance"
-    steady = means[[number for number in lit if number not in coloured]].mean(1)
-    few = max(1, len(steady) // 4)
-    begin, end = float(np.median(steady[:few])), float(np.median(steady[-few:]))
-    if abs(end / begin - 1) > MOST_DRIFT:
+    drifting = [
+        number
+        for number, level, is_tinted in zip(lit, levels, tints, strict=True)
+        if abs(level - 1) > MOST_DRIFT and not is_tinted
+    ]
+    if drifting:
+        span = f"{100 * levels.min():.0f} to {100 * levels.max():.0f} %"
         yield (
-            f": references drift: their mean grey level goes from {begin - 1:.1f} to {end - 1:.1f}; lock the exposure, "
-            "and leave out the first frames"
+            f": references drift, with {span} of their usual brightness (frames {_numbers(drifting)}): lock the "
+            "exposure, and leave out the first frames"
         )
     profile = load_profile("published")
     try:
@@ -250,6 +262,11 @@ def _of_references(untouched: Sequence[Frame]) -> Iterator[str]:
     said = detect_all(untouched, references, profile)
     if odd := untouched_unlike([(each.proximity, each.combined) for each in said]):
         yield f": {odd}"
+
+
+def _black(means: Array, usual: Array) -> list[int]:
+    """Numbers of frames that are black beside the usual ones, by mean grey levels of shape (frames, 3)."""
+    return np.flatnonzero(means.mean(1) < min(LEAST_MEAN, usual.mean() / 2)).tolist()
 
 
 def _numbers(numbers: Sequence[int]) -> str:
@@ -276,6 +293,9 @@ def _of_exposure(gain: float, untouched: Sequence[Frame], sampled: Sequence[Real
         return
     if is_black:
         yield f": the mean grey level is {mean:.1f} of 255: expose more, or set gain"
+    means = np.array([each.image.mean((0, 1)) for each in sampled]).reshape(-1, 3) + 1
+    if black := _black(means, np.median(means, 0)) if len(means) else []:
+        yield f": frames such as '{sampled[black[0]].name}' are black: leave out what a camera gives before it is ready"
     if not untouched or not sampled:
         return
     before = np.mean(untouched, 0, dtype=np.float64) + 1

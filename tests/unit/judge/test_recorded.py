@@ -153,6 +153,7 @@ def test_row_that_is_not_clear_is_one_line(tmp_path: Path, lines: list[str], sai
         ("{}.png,0,-0.0015,6.6,0", "gap_mm reaches a depth of 0.0015 mm, which is no press: metres?"),
         ("{}.png,0,-1.5,6600,0", "force_n reaches 6600 N, more than such a sensor bears: mN or grams?"),
         ("{}.png,0,5,0.4,0", "force_n is 0.4 N from the first frame on, .*: not tared?"),
+        ("{}.png,0,-0.4,0.5,0", "gap_mm is a depth of 0.4 mm from the first frame on"),
         ("{}.png,0,-1.5,0,0", "force_n and gap_mm disagree in 6 frames"),
     ],
 )

@@ -71,7 +71,9 @@ def test_known_force_of_a_reference_is_kept(tmp_path: Path):
     [
         (lambda number, image: 0 * image if number < 2 else image, "reference frames 0, 1 are black"),
         (lambda number, image: image * [1, 0.6, 1] if number < 2 else image, "0, 1 have other colours"),
-        (lambda number, image: image * (0.7 + 0.06 * number), "references drift: their mean grey level goes from"),
+        (lambda number, image: image * (0.7 + 0.06 * number), "references drift, with 8. to 11. % of their usual"),
+        (lambda number, image: image * (0.8 if number == 0 else 1), r"references drift, .* \(frames 0\)"),
+        (lambda number, image: 0 * image if number < 4 else image, "reference frames 0, 1, 2 and 1 more are black"),
         (lambda number, image: image * [1.4, 0.7, 1.4], "colours differ from the untouched frames'"),
         (lambda _, image: 0 * image, "references are black, with a mean grey level of 0.0 of 255, and frames are not"),
         (lambda _, image: image[::-1, ::-1], "look like their references only when they are turned by 180 degrees"),
@@ -79,7 +81,7 @@ def test_known_force_of_a_reference_is_kept(tmp_path: Path):
 )  # fmt: skip
 def test_references_that_are_odd_are_named_and_no_gain_is_advised(tmp_path: Path, change, said: str):
     found = told(recording(tmp_path, change))
-    assert any(said in each for each in found)
+    assert any(re.search(said, each) for each in found)
     assert not any("gain" in each for each in found)
 
 
