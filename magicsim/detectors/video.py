@@ -131,8 +131,8 @@ def _video_frames(capture: cv2.VideoCapture, path: Path, remark: Remark) -> Gene
             remark(f"video '{path.name}' gave {number} of {promised} frames; the rest is damaged or missing")
         elif number < promised and path.suffix.lower() in COUNTING:
             remark(
-                f"video '{path.name}' gave {number} of {promised} frames, up to its end: others were dropped as it "
-                "was taken, or are damaged; the times of these are right"
+                f"video '{path.name}' gave {number} of {promised} frames, up to its end: the others were dropped "
+                "as it was taken, or cannot be read; the times of these are right"
             )
     finally:
         capture.release()

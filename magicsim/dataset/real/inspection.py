@@ -113,7 +113,8 @@ def _scored_rows(sequence: RecordedSequence) -> list[Row]:
 
 def _recording(sequence: RecordedSequence, references: int, size: tuple[int, int]) -> RealRecording:
     labels, rows = sequence.labels, _scored_rows(sequence)
-    classes = [sequence.truth(row).frame_class for row in rows]
+    truths = [sequence.truth(row) for row in rows]
+    classes = [each.frame_class for each in truths]
     times = [row["time_s"] + sequence.start_s for row in sequence.survey.rows] if sequence.is_film else []
     return RealRecording(
         frames=sequence.source.frames,
@@ -124,7 +125,7 @@ def _recording(sequence: RecordedSequence, references: int, size: tuple[int, int
         rows=size[0],
         labels=sorted(labels.known - {"image"}) if labels is not None else [],
         classes={str(each): classes.count(each) for each in FrameClass} | {"unscored": classes.count(None)},
-        unlabelled=sum(map(is_empty, rows)),
+        unlabelled=sum(is_empty(row) and truth.contact is None for row, truth in zip(rows, truths, strict=True)),
         frames_s=_span(times),
         labels_s=_span(labels.times_s) if labels is not None else None,
     )
@@ -132,7 +133,7 @@ def _recording(sequence: RecordedSequence, references: int, size: tuple[int, int
 
 def _span(times_s: Iterable[float]) -> tuple[float, float] | None:
     """First and last of the times that are known."""
-    known = [each for each in times_s if not math.isnan(each)]
+    known = [float(each) for each in times_s if not math.isnan(each)]
     return (round(min(known), 3), round(max(known), 3)) if known else None
 
 

@@ -213,7 +213,9 @@ def truth_of(row: Row, rules: TruthRules, known: frozenset[str], *, name: str = 
     if contact is None and not math.isnan(depth_mm):
         contact = depth_mm > 0
     is_told = contact is False or (contact is None and not known & {"force_n", "contact"})
-    is_without_object = "gap_mm" in known and row["is_there"] and is_told
+    is_without_object = math.isnan(gap_mm) and "gap_mm" in known and row["is_there"] and is_told
+    if is_without_object:
+        contact = False
     frame_class: FrameClass | None
     if "frame_class" in known:
         frame_class = _given(row["frame_class"], rules, name)

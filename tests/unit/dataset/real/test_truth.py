@@ -58,3 +58,23 @@ def test_given_class_counts_and_words_are_translated():
     assert of({"frame_class"}, rules, frame_class="Near", gap_mm=-1.0).frame_class is FrameClass.NEAR
     with pytest.raises(ConfigError, match=r"unknown class 'held'.*truth.classes translates"):
         of({"frame_class"}, rules, frame_class="held")
+
+
+def test_empty_gap_means_no_object_unless_a_force_or_a_contact_is_left_open():
+    alone = of({"gap_mm"})
+    assert (alone.frame_class, alone.contact) == (FrameClass.CLEAR, False)
+    assert of({"gap_mm", "force_n"}, force_n=[0.0, 0.0, 0.0]).frame_class is FrameClass.CLEAR
+    for told in ({"gap_mm", "force_n"}, {"gap_mm", "contact"}):
+        assert (of(told).frame_class, of(told).contact) == (None, None)
+    assert of({"gap_mm", "force_n"}, force_n=[0.0, 0.0, 2.0]).frame_class is FrameClass.CONTACT
+    assert of({"gap_mm"}, is_there=False).frame_class is None
+
+
+@pytest.mark.parametrize(
+    ("force_n", "contact"),
+    [([0.0, 0.0, math.nan], None), ([0.3, 0.0, math.nan], True), ([math.nan] * 3, None), ([0.0, 0.0, 0.0], False)],
+)
+def test_force_with_a_part_that_is_not_known_is_a_contact_or_unknown(force_n, contact):
+    found = of({"force_n"}, TruthRules(without_contact="Clear"), force_n=force_n)
+    assert found.contact is contact
+    assert found.frame_class is {None: None, True: FrameClass.CONTACT, False: FrameClass.CLEAR}[contact]
