@@ -1,5 +1,6 @@
 """Pictures in files: their pixels as RGB, upright as the file says, one or several of them."""
 
+import re
 import struct
 import zlib
 from collections.abc import Callable, Iterator, Sequence
@@ -28,11 +29,15 @@ AnyPixels = npt.NDArray[Any]
 """Pixels of any type as OpenCV has them: shape (rows, columns), or with channels behind."""
 _FLAGS = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH
 """Turns a picture as its Exif orientation says, keeps its depth, and drops opacity."""
+_NETPBM = re.compile(rb"\s*P6" + 3 * rb"(?:\s|#[^\n]*\n)+(\d{1,6})" + rb"\s")
+"""Header of a PPM: columns, rows, largest value."""
 UPRIGHT, MOST_ORIENTATION, ORIENTATION, SUBFILE = 1, 8, 0x0112, 0x00FE
 """Orientation of a picture that is not turned, the largest, the tag that tells it, and that of reduced copies: Exif
 2.32, 4.6.4, and TIFF 6.0, section 8."""
 _WHOLE = {3: "H", 4: "I"}
 """Types of whole numbers of a TIFF."""
+SEARCHED_BYTES = 1 << 16
+"""Head of a JPEG that holds the segments before its pixels."""
 HEAD_BYTES = 4096
 """Head of a file that is looked at before the whole is read."""
 WEBP_ANIMATION = 2
@@ -85,6 +90,8 @@ def read_pictures(path: Path, remark: Remark = unheard) -> list[Callable[[], Fra
     pages = _pages(content)
     if len(pages) == 1:
         return [partial(read_image, path, remark)]
+    if content.startswith(b"P6"):
+        raise FrameError(f"image '{path}' holds {len(pages)} pictures, of which one is read: save them one by one")
     if content[:2] in {b"II", b"MM"}:
         return [partial(_page_frame, path, content, page, remark) for page in pages]
     animation = cache(lambda: _animation(path, content))
@@ -100,7 +107,7 @@ def _may_hold_several(path: Path) -> bool:
         return False  # told when its turn comes
     if head.startswith(SIGNATURE):
         return b"acTL" in head or b"IDAT" not in head
-    return head[:2] in {b"II", b"MM"} or head[:4] == b"RIFF"
+    return head[:2] in {b"II", b"MM", b"P6"} or head[:4] == b"RIFF"
 
 
 def _content(path: Path) -> bytes:
@@ -179,6 +186,8 @@ def _remark_on(path: Path, content: bytes, remark: Remark) -> None:
             f"images in '{path.parent}' are {lossy}, which loses detail: frames of something near may be judged "
             "Touched; save PNG"
         )
+    if content.startswith(b"\xff\xd8") and b"MPF\x00" in content[:SEARCHED_BYTES]:
+        remark(f"images in '{path.parent}' hold further pictures (CIPA DC-007), which are passed over")
     orientation = exif_orientation(content)
     if orientation != UPRIGHT:
         remark(
@@ -247,9 +256,20 @@ def _pages(content: bytes) -> list[int]:
     if content.startswith(SIGNATURE):
         at = content.find(b"acTL", 0, max(content.find(b"IDAT"), 0))  # animation control: PNG 3, section 11.3.6.1
         return list(range(max(1, int.from_bytes(content[at + 4 : at + 8])) if at >= 0 else 1))
+    if content.startswith(b"P6"):
+        return list(range(_count_netpbm(content)))
     if content[:4] == b"RIFF" and content[12:16] == b"VP8X" and content[20] & WEBP_ANIMATION:
         return list(range(max(1, content.count(b"ANMF"))))
     return [page for page, values in enumerate(_directories(content)) if not values.get(SUBFILE, 0) & 1] or [0]
+
+
+def _count_netpbm(content: bytes) -> int:
+    """How many pictures stand one after the other in a PPM (netpbm, `ppm`): headers, each with its pixels behind."""
+    count, at = 0, 0
+    while (head := _NETPBM.match(content, at)) is not None:
+        columns, rows, most = (int(each) for each in head.groups())
+        count, at = count + 1, head.end() + 3 * columns * rows * (2 if most > 255 else 1)  # noqa: PLR2004
+    return max(1, count)
 
 
 def is_damaged_png(content: bytes) -> bool:

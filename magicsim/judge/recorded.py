@@ -32,6 +32,7 @@ from magicsim.config.presets import is_file
 from magicsim.config.tables import Line, read_table
 from magicsim.detectors.features import Episode
 from magicsim.detectors.frame import Frame
+from magicsim.detectors.order import by_number, is_numbered
 from magicsim.detectors.picture import once, read_image
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.frame_class import NEAR_MIN_MM, FrameClass
@@ -150,6 +151,9 @@ def read_recording(folder: Path) -> RecordedEpisode:
         count = f"{int(reference.sum())} of {len(values)}"
         raise ConfigError(f"{path}: {count} frames are references; must be some, and all before the rest")
     _, _, gaps, forces, lights = zip(*values, strict=True)
+    names = [name for name, is_reference in zip(files, reference, strict=True) if not is_reference]
+    if is_numbered([Path(name).stem for name in names]) and names != sorted(names, key=by_number):
+        _LOG.warning("%s: frames are taken in the order of the lines, which their numbers do not follow", path)
     unknown = int(np.isnan(np.array(forces)[~reference & ~(np.array(gaps) > 0)]).sum())
     if unknown:
         _LOG.warning("%s: of %d frames no force tells whether something touches: they are not scored", path, unknown)

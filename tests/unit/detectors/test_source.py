@@ -228,3 +228,12 @@ def test_picture_is_turned_as_its_exif_says_and_it_is_said_once(tmp_path, save, 
         assert np.abs(frame.image.astype(int) - np.rot90(image, turns)).mean() < 12
     assert caplog.text.count(f"turned as their Exif orientation {value} says") == 1
     assert caplog.text.count("JPEG, which loses detail") == (suffix == ".jpg")
+
+
+def test_pictures_one_after_the_other_in_a_ppm_are_refused_and_one_is_read(tmp_path, save):
+    path = save(tmp_path / "a.ppm", IMAGE)
+    assert [frame.name for frame in read_source(path)] == ["a.ppm"]
+    path.write_bytes(3 * path.read_bytes())
+    for read in (read_image, lambda each: list(read_source(each))):
+        with pytest.raises(FrameError, match="holds 3 pictures"):
+            read(path)

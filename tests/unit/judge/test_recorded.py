@@ -160,3 +160,14 @@ def test_row_that_is_not_clear_is_one_line(tmp_path: Path, lines: list[str], sai
 def test_number_that_no_sensor_has_is_told(tmp_path: Path, caplog, row: str, said: str):
     read_recording(recorded(tmp_path, "0.png,1,,,0", *(row.format(number) for number in range(1, 7))))
     assert re.search(said, caplog.text)
+
+
+def test_order_of_lines_that_numbers_do_not_follow_is_told(tmp_path: Path, caplog):
+    read_recording(recorded(tmp_path, "0.png,1,,0,0", "1.png,0,,0,0", "10.png,0,,0,0", "2.png,0,,0,0"))
+    assert "in the order of the lines, which their numbers do not follow" in caplog.text
+
+
+def test_sound_recording_has_no_remark(tmp_path: Path, caplog):
+    rows = [f"{number}.png,0,{gap},{force},0" for number, gap, force in ((1, "", 0), (2, 2, 0), (10, -0.5, 0.8))]
+    read_recording(recorded(tmp_path, "0.png,1,,0,0", *rows))
+    assert not caplog.records
