@@ -28,8 +28,8 @@ from magicsim.waiting import waiting
 
 MOST_RATIO = 1.1
 """Brightness of frames over that of their references, or of one channel over the others', that is told."""
-MOST_DRIFT = 0.05
-"""Change of brightness from the first references to the last that is told."""
+MOST_DRIFT = 0.03
+"""Difference of a reference's brightness from the usual one that is told."""
 LIKE_RATIO = 1.25
 """Mean brightness against that of another sensor that is told."""
 MOST_SATURATED, LEAST_MEAN = 0.2, 10.0
@@ -234,8 +234,7 @@ def _of_references(untouched: Sequence[Frame]) -> Iterator[str]:
     means = np.array([each.mean((0, 1)) for each in untouched]) + 1
     if not len(means):
         return
-    usual = means[np.argsort(means.sum(1))[3 * len(means) // 4]]  # not black, even where most are
-    black = _black(means, usual)
+    black = _black(means, means[np.argmax(means.sum(1))])
     if black:
         yield f": reference frames {_numbers(black)} are black: leave out what a camera gives before it is ready"
     lit = [number for number in range(len(means)) if number not in black]
@@ -266,7 +265,7 @@ def _of_references(untouched: Sequence[Frame]) -> Iterator[str]:
 
 
 def _black(means: Array, usual: Array) -> list[int]:
-    """Numbers of frames that are black beside the usual ones, by mean grey levels of shape (frames, 3)."""
+    """Numbers of frames that are black beside a usual one, by mean grey levels of shape (frames, 3)."""
     return np.flatnonzero(means.mean(1) < min(LEAST_MEAN, usual.mean() / 2)).tolist()
 
 
