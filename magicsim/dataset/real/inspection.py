@@ -3,37 +3,20 @@
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.dataset.frames import open_frames
-from magicsim.dataset.manifest import MANIFEST
-from magicsim.dataset.real.description import FrameForm, RealSource
+from magicsim.dataset.real.appearance import Likeness, told_of_exposure, told_of_references
+from magicsim.dataset.real.description import RealSource
 from magicsim.dataset.real.labels import CONTACT_LABELS, Row, is_empty, size_of_force
-from magicsim.dataset.real.sequence import RealFrame, RecordedSequence, check_size, sequences_of
-from magicsim.detectors.combined import detect_all
-from magicsim.detectors.frame import Frame
-from magicsim.detectors.fusion import fuse
-from magicsim.detectors.offline import untouched_unlike
+from magicsim.dataset.real.sequence import RecordedSequence, check_size, sequences_of
 from magicsim.detectors.order import listed_images
-from magicsim.detectors.orientation import TURNS, Change, after, better_changes, turned, turned_against
-from magicsim.detectors.profile import load_profile
-from magicsim.errors import ConfigError, FrameError
+from magicsim.errors import ConfigError
 from magicsim.frame_class import FrameClass
 from magicsim.judge.plausible import odd_labels
-from magicsim.judge.recorded import read_episode
 from magicsim.waiting import waiting
 
-MOST_RATIO = 1.1
-"""Brightness of frames over that of their references, or of one channel over the others', that is told."""
-MOST_DRIFT = 0.03
-"""Difference of a reference's brightness from the usual one that is told."""
-LIKE_RATIO = 1.25
-"""Mean brightness against that of another sensor that is told."""
-MOST_SATURATED, LEAST_MEAN = 0.2, 10.0
-"""Share of saturated pixels, and mean grey level, that are told."""
 SLOW_S = 5.0
 """Time from one frame to the next that is told [s]."""
 CLOCKS = {1e3: "ms", 1e6: "microseconds", 1e9: "ns"}
@@ -88,7 +71,7 @@ def inspect_sequences(real: RealSource, sequences: Sequence[RecordedSequence]) -
     advice: list[str] = []
     recordings = []
     size: tuple[int, int] | None = None
-    likeness = _Likeness.of(real.path(real.description.like)) if real.description.like is not None else None
+    likeness = Likeness.of(real.path(real.description.like)) if real.description.like is not None else None
     for sequence in sequences:
         with waiting(f"looking at '{sequence.source.frames}'"):
             untouched, survey = [each.image for each in sequence.references()], sequence.survey
@@ -100,7 +83,7 @@ def inspect_sequences(real: RealSource, sequences: Sequence[RecordedSequence]) -
         recording = _recording(sequence, len(untouched), size)
         recordings.append(recording)
         told = [*_of_labels(sequence), *_of_clock(sequence, recording), *_of_numbers(sequence)]
-        told += [*_of_references(untouched), *_of_exposure(sequence.source.gain, untouched, survey.samples)]
+        told += [*told_of_references(untouched), *told_of_exposure(sequence.source.gain, untouched, survey.samples)]
         advice += [*sequence.remarks, *(f"{sequence.field}{line}" for line in told)]
         if likeness is not None and untouched:
             advice += likeness.advice(np.mean(untouched, 0), real.description.frames)
@@ -227,165 +210,3 @@ def _of_numbers(sequence: RecordedSequence) -> Iterator[str]:
             f": of {unknown} frames no label tells whether something touches: they have no class, and the dataset no "
             "column contact"
         )
-
-
-def _of_references(untouched: Sequence[Frame]) -> Iterator[str]:
-    """References that are not alike, or not of an untouched sensor, as `detect` asks it with the published profile."""
-    means = np.array([each.mean((0, 1)) for each in untouched]) + 1
-    if not len(means):
-        return
-    black = _black(means, means[np.argmax(means.sum(1))])
-    if black:
-        yield f": reference frames {_numbers(black)} are black: leave out what a camera gives before it is ready"
-    lit = [number for number in range(len(means)) if number not in black]
-    shares = means[lit] / np.median(means[lit], 0)
-    levels = np.median(shares, 1)
-    tints = (shares.max(1) / shares.min(1)) > MOST_RATIO
-    if coloured := [number for number, is_tinted in zip(lit, tints, strict=True) if is_tinted]:
-        yield f": reference frames {_numbers(coloured)} have other colours than the rest: lock the white balance"
-    drifting = [
-        number
-        for number, level, is_tinted in zip(lit, levels, tints, strict=True)
-        if abs(level - 1) > MOST_DRIFT and not is_tinted
-    ]
-    if drifting:
-        span = f"{100 * levels.min():.0f} to {100 * levels.max():.0f} %"
-        yield (
-            f": references drift, with {span} of their usual brightness (frames {_numbers(drifting)}): lock the "
-            "exposure, and leave out the first frames"
-        )
-    profile = load_profile("published")
-    try:
-        references = fuse(untouched, profile)
-    except FrameError:  # too few, or a sensor whose grid this profile does not see
-        return
-    said = detect_all(untouched, references, profile)
-    if odd := untouched_unlike([(each.proximity, each.combined) for each in said]):
-        yield f": {odd}"
-
-
-def _black(means: Array, usual: Array) -> list[int]:
-    """Numbers of frames that are black beside a usual one, by mean grey levels of shape (frames, 3)."""
-    return np.flatnonzero(means.mean(1) < min(LEAST_MEAN, usual.mean() / 2)).tolist()
-
-
-def _numbers(numbers: Sequence[int]) -> str:
-    """Numbers as a text, the first three and how many there are."""
-    shown = ", ".join(map(str, numbers[:3]))
-    return shown if len(numbers) <= 3 else f"{shown} and {len(numbers) - 3} more"  # noqa: PLR2004
-
-
-def _of_exposure(gain: float, untouched: Sequence[Frame], sampled: Sequence[RealFrame]) -> Iterator[str]:
-    """Where frames are lit, exposed or turned otherwise than their references, or cannot be read well.
-
-    A gain is advised last, and only where references are steady and nothing else differs.
-    """
-    looked_at = [*untouched] or [each.image for each in sampled]
-    if not looked_at:
-        return
-    mean = np.mean([each.mean() for each in looked_at])
-    saturated = np.mean([(each == 255).mean() for each in looked_at])  # noqa: PLR2004 - white
-    if saturated > MOST_SATURATED:
-        yield f": {100 * saturated:.0f} % of the pixels are white: expose less"
-    is_black = bool(mean < LEAST_MEAN)
-    if is_black and untouched and np.mean([each.image.mean() for each in sampled] or [0.0]) >= LEAST_MEAN:
-        yield f": references are black, with a mean grey level of {mean:.1f} of 255, and frames are not: take others"
-        return
-    if is_black:
-        yield f": the mean grey level is {mean:.1f} of 255: expose more, or set gain"
-    means = np.array([each.image.mean((0, 1)) for each in sampled]).reshape(-1, 3) + 1
-    if black := _black(means, np.median(means, 0)) if len(means) else []:
-        yield f": frames such as '{sampled[black[0]].name}' are black: leave out what a camera gives before it is ready"
-    if not untouched or not sampled:
-        return
-    before = np.mean(untouched, 0, dtype=np.float64) + 1
-    if turned_line := turned_against(np.asarray(before), [each.image for each in sampled]):
-        yield f": {turned_line}"
-        return
-    ratios = np.median([np.median((each.image + 1.0) / before, axis=(0, 1)) for each in sampled], axis=0)
-    overall, apart = float(np.median(ratios)), float(ratios.max() / ratios.min())
-    if apart > MOST_RATIO:
-        named = ", ".join(f"{channel} {ratio:.2f}" for channel, ratio in zip("RGB", ratios, strict=True))
-        yield f": colours differ from the untouched frames' ({named}): lock the white balance"
-    if not 1 / MOST_RATIO <= overall <= MOST_RATIO:
-        steady = not [*_of_references(untouched)] and apart <= MOST_RATIO
-        or_gain = f", or set gain = {gain / overall:.3g} there" if steady else ""
-        told = f": frames are {overall:.2f} times as bright as the untouched ones: record both with locked exposure"
-        yield told + or_gain
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Likeness:
-    """The untouched sensor that frames should resemble."""
-
-    name: str
-    mean: Array
-    """Shape (rows, columns, 3)."""
-
-    @classmethod
-    def of(cls, folder: Path) -> "_Likeness":
-        """Mean of the references of a run, of a recording, or of a dataset's first episode.
-
-        Raises:
-            ConfigError: It is none of these, or has no references.
-        """
-        references: Sequence[Frame]
-        if (folder / MANIFEST).is_file():
-            frames = open_frames(folder, ("image", "is_reference", "episode"))
-            episodes = frames.column("episode")
-            untouched = frames.where((episodes == episodes.min()) & frames.column("is_reference"))
-            references = [row["image"] for row in untouched]
-        else:
-            references = read_episode(folder).references
-        if not references:
-            msg = f"like = '{folder}' has no reference frames: make it with references above 0"
-            raise ConfigError(msg)
-        return cls(name=folder.name, mean=np.mean(references, 0, dtype=np.float64))
-
-    def advice(self, mean: Array, form: FrameForm) -> Iterator[str]:
-        """What differs in an untouched mean frame of shape (rows, columns, 3)."""
-        rows, columns = self.mean.shape[:2]
-        fitting = better_changes([mean], self.mean) or [(TURNS[0], False)]
-        best, exchanged = fitting[0]
-        if mean.shape[:2] != (rows, columns):
-            now = f"{mean.shape[1]} x {mean.shape[0]}"
-            shape = turned(mean, best).shape
-            crop = ", and frames.crop_px before, since their shapes differ"
-            extra = crop if abs(shape[1] * rows / (shape[0] * columns) - 1) > 0.02 else ""  # noqa: PLR2004
-            yield (
-                f"frames have {now} pixels, those of '{self.name}' {columns} x {rows}: set frames.size_px = "
-                f"[{columns}, {rows}]{extra}"
-            )
-        if len(fitting) > 1:
-            ways = ", ".join(_settings(form, each) for each in fitting)
-            yield (
-                f"frames look turned against those of '{self.name}', and several settings fit alike: {ways}; which is "
-                "right cannot be seen"
-            )
-        elif best != TURNS[0]:
-            yield f"frames look turned against those of '{self.name}': set {_settings(form, (best, False))}"
-        if len(fitting) == 1 and exchanged:
-            yield (f"red and blue look exchanged against '{self.name}': set frames.color_order = \"{_other(form)}\"")
-        ratio = float(mean.mean() / max(self.mean.mean(), 1e-9))
-        if not 1 / LIKE_RATIO <= ratio <= LIKE_RATIO:
-            yield (
-                f"untouched frames have a mean grey level of {mean.mean():.0f}, those of '{self.name}' "
-                f"{self.mean.mean():.0f}: set rig.camera.exposure_grey = {mean.mean():.0f} there"
-            )
-
-
-def _settings(form: FrameForm, change: Change) -> str:
-    """What a form has to say for frames to be changed so."""
-    turn, exchanged = change
-    current = (form.rotate_deg, form.mirror)
-    wanted = after(current, turn)
-    said = (
-        [f"frames.rotate_deg = {wanted[0]} and frames.mirror = {str(wanted[1]).lower()}"] if wanted != current else []
-    )
-    said += [f'frames.color_order = "{_other(form)}"'] if exchanged else []
-    return " and ".join(said)
-
-
-def _other(form: FrameForm) -> str:
-    """The order of colours that a form has not."""
-    return "rgb" if form.color_order == "bgr" else "bgr"
