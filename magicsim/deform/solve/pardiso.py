@@ -12,6 +12,8 @@ import os
 import weakref
 from collections.abc import Sequence
 from functools import lru_cache
+from importlib import metadata
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -40,10 +42,13 @@ LOGGER = logging.getLogger(__name__)
 def has_pardiso() -> bool:
     """Whether MKL PARDISO can be loaded; sets its reproducibility mode before anything else calls it.
 
-    Remembers where MKL is, in the variable that pypardiso and child processes look at: every one of pypardiso's solvers
-    would search the whole environment's folders for it.
+    Says where MKL is, in the variable that pypardiso and child processes look at: every one of pypardiso's solvers would
+    search the whole environment's folders for it.
     """
     os.environ.setdefault(WAITING_VARIABLE, "0")
+    files = (file for package in metadata.distributions(name="mkl") for file in package.files or ())
+    if library := next((file for file in files if "mkl_rt" in file.name), None):
+        os.environ.setdefault(LIBRARY_VARIABLE, str(Path(str(library.locate())).resolve()))
     try:
         solver = importlib.import_module("pypardiso").PyPardisoSolver()
     except (ImportError, OSError):
@@ -52,7 +57,6 @@ def has_pardiso() -> bool:
     if solver.libmkl.MKL_CBWR_Set(CBWR_AUTO_STRICT) != 0:
         LOGGER.warning("MKL was in use before: displacements may differ in the last bits from run to run")
     solver.libmkl.MKL_Set_Dynamic(0)
-    os.environ.setdefault(LIBRARY_VARIABLE, solver.libmkl._name)
     return True
 
 
