@@ -26,6 +26,8 @@ SMALL = (
 PARTICLES_PER_CELL = 250
 """Of the furnace: a cell's fluence is then known to some per cent."""
 LEAST_PARTICLES, MOST_PARTICLES = 800_000, 8_000_000
+BALANCE_PARTICLES = 50_000
+"""Of each light."""
 CASES: dict[str, tuple[str, tuple[str, ...]]] = {
     "default, rest": ("rest", ()),
     "default, 1 mm press": ("pressed", ()),
@@ -74,12 +76,13 @@ class OpticsRow:
     seconds: float
 
 
-def check_optics(case: str, *overrides: str) -> OpticsRow:
+def check_optics(case: str, *overrides: str, share: float = 1.0) -> OpticsRow:
     """Checks one of `CASES`.
 
     Args:
         case: Its name.
         overrides: Further settings, `dotted.key=value`.
+        share: Of the particles that are enough for every case.
 
     Raises:
         MagicsimError: The state cannot be solved or rendered, with the figures that say why.
@@ -91,8 +94,8 @@ def check_optics(case: str, *overrides: str) -> OpticsRow:
     view = sensor.view(frame, sensor.deform(frame, sensor.rest) if frame.can_touch else sensor.rest)
     image = sensor.renderer.plain_radiance(view)
     world = sensor.renderer.light(view)
-    balance = _balance(world, sensor.seed)
-    first, second = (_furnace(sensor, scene, view, seed) for seed in (1, 2))
+    balance = _balance(world, int(share * BALANCE_PARTICLES), sensor.seed)
+    first, second = (_furnace(sensor, scene, view, share, seed) for seed in (1, 2))
     filled = world.media.infill.sigma_s > 0
     cells = (first[0] + second[0]) / 2
     return OpticsRow(
@@ -107,7 +110,13 @@ def check_optics(case: str, *overrides: str) -> OpticsRow:
     )
 
 
-def _furnace(sensor: Sensor, scene: SceneConfig, view: Any, seed: int) -> tuple[np.ndarray, float]:  # noqa: ANN401
+def _furnace(
+    sensor: Sensor,
+    scene: SceneConfig,
+    view: Any,  # noqa: ANN401
+    share: float,
+    seed: int,
+) -> tuple[np.ndarray, float]:
     """Fluence of each cell over what it must be, and the image's mean over what that must be."""
     clear = sensor.elastomer.design.model_dump()
     for material in clear["materials"].values():
@@ -120,7 +129,7 @@ def _furnace(sensor: Sensor, scene: SceneConfig, view: Any, seed: int) -> tuple[
     if view.body is not None:
         world.update(body=view.body, infill=view.infill)
     media, cells = design.materials, world.inventory.shapes().cells
-    particles = int(np.clip(PARTICLES_PER_CELL * cells, LEAST_PARTICLES, MOST_PARTICLES))
+    particles = int(share * np.clip(PARTICLES_PER_CELL * cells, LEAST_PARTICLES, MOST_PARTICLES))
     field = world.light_fields({ENVIRONMENT: particles}, seed=seed)[ENVIRONMENT]
     infill = media.infill.ior if media.infill is not None else media.body.ior
     due = 4 * np.pi * infill**2
@@ -133,10 +142,10 @@ def _furnace(sensor: Sensor, scene: SceneConfig, view: Any, seed: int) -> tuple[
     return (field.fluence / due).mean(1), float(image.mean() / (1 - mirrored))
 
 
-def _balance(world: LitWorld, seed: int) -> float:
+def _balance(world: LitWorld, particles: int, seed: int) -> float:
     spent = emitted = 0.0
     for name in world.lights:
-        account = world.balance(name, particles=50_000, seed=seed)
+        account = world.balance(name, particles=particles, seed=seed)
         spent += account["absorbed"] + account["escaped"]
         emitted += account["emitted"]
     return spent / emitted - 1

@@ -21,12 +21,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.special import roots_legendre
 
 Array = npt.NDArray[np.float64]
-WAVENUMBERS = np.polynomial.legendre.leggauss(1500)
+WAVENUMBERS = roots_legendre(1500)
 LARGEST_WAVENUMBER = 24.0
 """In units of 1/h; 1 - L has decayed to 1e-17 there."""
-RADII = np.polynomial.legendre.leggauss(120)
+RADII = roots_legendre(120)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
