@@ -14,6 +14,8 @@ from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.stream import simulate
 
 TINY = (
+    "design.footprint_mm=[12,16]",
+    "rig.camera.field_mm=10",
     "rig.camera.columns=24",
     "rig.camera.rows=32",
     "render.samples=2",

@@ -35,7 +35,7 @@ def gap_to_front(results: list[DesignResult]) -> float:
 
 
 @pytest.mark.usefixtures("in_process")
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(each, marks=pytest.mark.slow) for each in (2, 3))])
 def test_search_comes_closer_to_the_front_than_as_many_sobol_points(out: Path, tmp_path: Path, seed: int):
     run_sweep(searching(64, f"seed={seed}"), out, options=ONE, judge=QUADRATIC)
     run_sweep(searching(64, f"seed={seed}", sampling="sobol"), tmp_path / "sobol", options=ONE, judge=QUADRATIC)
@@ -52,7 +52,7 @@ def test_search_starts_from_the_sobol_points_of_its_seed(out: Path, tmp_path: Pa
 
 
 @pytest.mark.usefixtures("in_process")
-@pytest.mark.parametrize("lost", [(3,), tuple(range(10, 24)), (9, 17, 21)])
+@pytest.mark.parametrize("lost", [pytest.param(tuple(range(10, 24)), marks=pytest.mark.slow), (3, 9, 17, 21)])
 def test_what_is_lost_is_judged_again_and_nothing_else_changes(out: Path, lost: tuple[int, ...]):
     run_sweep(searching(24), out, options=ONE, judge=QUADRATIC)
     whole, told = files(out), []
