@@ -42,8 +42,8 @@ LOGGER = logging.getLogger(__name__)
 def has_pardiso() -> bool:
     """Whether MKL PARDISO can be loaded; sets its reproducibility mode before anything else calls it.
 
-    Says where MKL is, in the variable that pypardiso and child processes look at: every one of pypardiso's solvers would
-    search the whole environment's folders for it.
+    Says where MKL is, in the variable that pypardiso and child processes look at: every one of pypardiso's solvers
+    would search the whole environment's folders for it.
     """
     os.environ.setdefault(WAITING_VARIABLE, "0")
     files = (file for package in metadata.distributions(name="mkl") for file in package.files or ())

@@ -233,7 +233,7 @@ def test_killed_worker_changes_nothing(whole: Path, tmp_path: Path, seed: int):
 
 
 @pytest.mark.usefixtures("in_process")
-@pytest.mark.parametrize("files", [0, 1, 3, 4])
+@pytest.mark.parametrize("files", [0, *(pytest.param(each, marks=pytest.mark.slow) for each in (1, 3)), 4])
 def test_run_that_ended_before_its_manifest_goes_on(
     whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, files: int
 ):
@@ -254,11 +254,19 @@ def test_run_that_ended_before_its_manifest_goes_on(
     assert content(tmp_path / "set") == content(whole)
 
 
-FOREIGN = (".mine.tmp", "data/.mine.tmp", "data/notes.parquet", ".work/a", ".work/episode-00000003.parquet", "sub/x")
+FOREIGN = ("data/.mine.tmp", ".work/episode-00000003.parquet", "sub/x")
+MORE_FOREIGN = (".mine.tmp", "data/notes.parquet", ".work/a")
 
 
 @pytest.mark.usefixtures("in_process")
-@pytest.mark.parametrize(("name", "is_begun"), [*((name, True) for name in FOREIGN), ("sub/x", False)])
+@pytest.mark.parametrize(
+    ("name", "is_begun"),
+    [
+        *((name, True) for name in FOREIGN),
+        *(pytest.param(name, True, marks=pytest.mark.slow) for name in MORE_FOREIGN),
+        ("sub/x", False),
+    ],
+)
 def test_foreign_file_is_named_and_kept(whole: Path, tmp_path: Path, name: str, *, is_begun: bool):
     out = tmp_path / "set"
     shutil.copytree(whole, out) if is_begun else out.mkdir()
