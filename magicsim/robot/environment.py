@@ -200,23 +200,34 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """Moves the fingers for the time of one frame.
 
         Args:
-            action: Closing and rising speed in -1..1; beyond that it is clipped.
+            action: Closing and rising speed in -1..1, shape (2,); beyond that it is clipped.
 
         Raises:
-            ConfigError: `reset` was not called.
+            ConfigError: `reset` was not called, or the action is not two finite numbers; nothing moves then.
         """
         if self._lift is None:
             raise ConfigError("step is not allowed yet: call reset() first")
+        speeds = self._checked(action)
         with waiting("a step of the environment", self._told):
-            return self._step(self._lift, action)
+            return self._step(self._lift, speeds)
+
+    def _checked(self, action: object) -> npt.NDArray[np.float64]:
+        try:
+            speeds = np.asarray(action, np.float64)
+        except (TypeError, ValueError):  # words, rows of unequal length
+            speeds = np.full(self.action_space.shape, np.nan)
+        if speeds.shape != self.action_space.shape or not np.isfinite(speeds).all():
+            given = " ".join(str(action).split())
+            raise ConfigError(f"action = {given} is not allowed: must be two finite numbers, closing and rising speed")
+        return speeds
 
     def _step(
-        self, lift: Lift, action: npt.NDArray[np.float32]
+        self, lift: Lift, action: npt.NDArray[np.float64]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         self._begun = time.perf_counter()
         before, dt_s = lift.state, 1 / self._scene.frames_per_second
         gap = self.reach.gap_at_mm(before.width_mm)
-        asked = np.clip(np.asarray(action, float), -1, 1) * self.speed_mm_s * dt_s
+        asked = np.clip(action, -1, 1) * self.speed_mm_s * dt_s
         closing = gap - float(np.clip(gap - asked[0], *self.reach.gap_mm))
         rising = float(np.clip(before.finger_mm + asked[1], *self.reach.finger_mm)) - before.finger_mm
         self._steps += 1

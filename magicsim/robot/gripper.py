@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Self
 
 from magicsim.config.ranges import check_number
-from magicsim.errors import ConfigError, MagicsimError
+from magicsim.errors import ConfigError
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
 from magicsim.robot.fingers import SIDES, ObjectPlace, finger_pose, half_extents_mm, seen_by_lower
@@ -172,7 +172,7 @@ class Gripper:
                     asked = float_between(self._pair, asked, width_mm)
                 else:
                     self._pair.put(asked, width_mm)
-        except MagicsimError:
+        except BaseException:
             self._pair.go_back(before)
             raise
         self._state = GripState(width_mm=width_mm, place=asked)
@@ -212,7 +212,7 @@ class Gripper:
         try:
             with waiting("finding where the object rests", self._told):
                 held = settle(self._pair, self.place, width, acting, most_slide_mm=most_slide_mm)
-        except MagicsimError:
+        except BaseException:
             self._pair.go_back(before)
             raise
         self._state = GripState(
@@ -264,7 +264,7 @@ class Gripper:
         try:
             with waiting("turning the cranks", self._told):
                 is_stalled = self._close_to(target, acting, floats=floats)
-        except MagicsimError:
+        except BaseException:
             self.go_back(before)
             raise
         state = replace(self._state, is_stalled=is_stalled)

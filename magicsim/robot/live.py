@@ -337,8 +337,13 @@ class LiveSensor:
             return self._open.develop(moment)
 
     def frame(self) -> SimulatedFrame:
-        """The next frame: RGB image, shape (rows, columns, 3), and ground truth."""
-        return self.develop(self.grab())
+        """The next frame: RGB image, shape (rows, columns, 3), and ground truth; one that fails is still to come."""
+        before = self._index, self._time_s, self._memory
+        try:
+            return self.develop(self.grab())
+        except BaseException:
+            self._index, self._time_s, self._memory = before
+            raise
 
     def close(self) -> None:
         """Lets go of solver, scenes and images; may be called again."""

@@ -59,10 +59,11 @@ class FactorStore:
         if len(facets) == 0 or len(part.unknowns) > MAX_UNKNOWNS:
             return None
         pattern = problem.body_pattern
-        self._held, self._part = None, part
+        self._held = self._part = None
         self._condenser = symmetric_condenser(
             pattern.indptr, pattern.indices, part.unknowns, is_single=problem.is_well_conditioned
         )
+        self._part = part
         return part
 
     def factor(
@@ -78,12 +79,13 @@ class FactorStore:
                 shift=linearisation.shift,
             )  # fmt: skip
             problem.body_pattern.hold(values)
+            self._held = None  # until the new factor is whole, whatever interrupts it
             stiffness = self._condenser.factorise(values)
             self.factorisations += 1
-            self._held = None if stiffness is None else linearisation
             if stiffness is None:
                 return None
             self._stiffness = stiffness
+            self._held = linearisation
         return part, self._condenser, self._stiffness
 
 

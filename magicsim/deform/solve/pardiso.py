@@ -124,9 +124,9 @@ class PardisoSolver:
             whole = ANALYSE_TOO if phase == FACTORISE and not self._is_analysed else phase
             matrix = (self._values, self._indptr, self._indices, self._kept)
             error = _pardiso(self._library, self._handle, self._options, whole, self.size, matrix, (given, result))
+            self._is_analysed = True
         finally:
             self._library.MKL_Set_Num_Threads_Local(previous)
-            self._is_analysed = True
         return np.asarray(result, np.float64) if error == 0 else None
 
 

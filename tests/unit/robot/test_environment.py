@@ -1,6 +1,7 @@
 import subprocess
 import sys
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -50,6 +51,23 @@ def test_frames_come_in_pairs_with_forces_on_both_faces_and_the_place_of_the_obj
     assert info["normal_n"] == max(info["upper_force_n"][2], info["lower_force_n"][2]) > 0
     assert [frame.image.tolist() for frame in env.frames] == [seen[name].tolist() for name in ("image", "image_lower")]
     assert env.frames[1].truth.force_n == info["lower_force_n"]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        np.zeros(3), np.zeros(1), np.zeros((2, 1)), 0.5, None, "10", [[0.1], [0.1, 0.2]], [np.nan, 0.0], [0.0, np.inf],
+        {"closing": 1.0}, [1 + 2j, 0],
+    ],
+)  # fmt: skip
+def test_action_that_is_no_two_finite_numbers_is_an_error_and_moves_nothing(
+    wrong: object, monkeypatch: pytest.MonkeyPatch
+):
+    env = GraspLift(overrides=QUICK)
+    monkeypatch.setattr(env, "_lift", SimpleNamespace(step=lambda **_: pytest.fail("moved")))
+    with pytest.raises(ConfigError, match=r"^action = .* is not allowed: must be two finite numbers, closing and risi"):
+        env.step(wrong)
+    assert env._steps == 0
 
 
 def test_one_camera_gives_the_upper_fingers_picture_alone():

@@ -1,0 +1,104 @@
+"""A move that is interrupted anywhere leaves the solver as it was: the next one has the same bits."""
+
+import sys
+from collections.abc import Callable
+from types import FrameType, SimpleNamespace
+
+import numpy as np
+import pytest
+
+from magicsim.deform.deformation import Deformation
+from magicsim.deform.lattice.structure import box_lattice
+from magicsim.deform.solve import body, condensed, factorise, pardiso
+from magicsim.deform.solve.path import ContactSolver
+from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.geometry.objects.kinds import parse_object
+
+LATTICE = box_lattice(
+    (np.linspace(-4, 4, 7), np.linspace(-4, 4, 7), np.linspace(0, 4, 4)), shear_modulus_mpa=0.1, lame_mpa=1.0
+)
+STATEFUL = {module.__file__ for module in (body, condensed, factorise, pardiso)}
+"""Files of what keeps something from one solve to the next."""
+Place = tuple[str, int]
+
+
+def ball(depth_mm: float, x_mm: float = 0.0) -> Indenter:
+    return place_object(parse_object("sphere:radius_mm=3"), gap_mm=-depth_mm, x_mm=x_mm)
+
+
+def watched(solve: Callable[[], Deformation], heard: Callable[[Place], None]) -> Deformation:
+    """Solves while every line of the stateful modules is told before it runs."""
+
+    def trace(frame: FrameType, event: str, _: object) -> object:
+        if frame.f_code.co_filename not in STATEFUL:
+            return None
+        if event == "line":
+            heard((frame.f_code.co_filename, frame.f_lineno))
+        return trace
+
+    earlier = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        return solve()
+    finally:
+        sys.settrace(earlier)
+
+
+@pytest.fixture(scope="module")
+def moved() -> SimpleNamespace:
+    """A solver with friction, an equilibrium, a move from it, and what it comes to."""
+    solver = ContactSolver(LATTICE, friction=0.5, max_step_mm=0.4)
+    before = solver.solve(ball(0.3))
+    lines: list[Place] = []
+    after = watched(lambda: solver.solve(ball(0.6, 0.3), before), lines.append)
+    return SimpleNamespace(solver=solver, before=before, after=after, lines=lines)
+
+
+def interrupted(moved: SimpleNamespace, place: Place, nth: int) -> None:
+    """Raises KeyboardInterrupt the nth time that a line is about to run."""
+    met = 0
+
+    def stop(line: Place) -> None:
+        nonlocal met
+        met += line == place
+        if line == place and met == nth:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        watched(lambda: moved.solver.solve(ball(0.6, 0.3), moved.before), stop)
+
+
+def assert_same(moved: SimpleNamespace, place: Place) -> None:
+    again = moved.solver.solve(ball(0.6, 0.3), moved.before)
+    assert np.array_equal(again.displacements_mm, moved.after.displacements_mm), place
+    assert np.array_equal(again.force_n, moved.after.force_n), place
+
+
+def test_move_repeats_to_the_bit(moved: SimpleNamespace):
+    assert len(set(moved.lines)) > 100
+    assert_same(moved, ("nowhere", 0))
+
+
+def test_interrupt_in_a_factorisation_changes_nothing(moved: SimpleNamespace, monkeypatch: pytest.MonkeyPatch):
+    owner = body.symmetric_condenser(np.array([0, 1], np.int32), np.zeros(1, np.int32), np.zeros(0, np.int64),
+                                     is_single=False).__class__  # fmt: skip
+    whole = owner.factorise
+
+    def stop(self: object, values: np.ndarray) -> np.ndarray:
+        whole(self, values)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(owner, "factorise", stop)
+    with pytest.raises(KeyboardInterrupt):
+        moved.solver.solve(ball(0.6, 0.3), moved.before)
+    monkeypatch.undo()
+    assert_same(moved, ("factorise", 0))
+
+
+@pytest.mark.slow
+def test_interrupt_at_any_line_that_keeps_something_changes_nothing(moved: SimpleNamespace):
+    counts = {place: moved.lines.count(place) for place in dict.fromkeys(moved.lines)}
+    for place, count in counts.items():
+        for nth in sorted({1, count}):
+            interrupted(moved, place, nth)
+            assert_same(moved, place)
