@@ -63,7 +63,12 @@ def place_object(
         tilt_x_deg: Rotation vector applied after the twist: along the sensor's x [degrees].
         tilt_y_deg: Along its y [degrees].
         design: The block, where its face may be curved.
+
+    Raises:
+        ConfigError: It is pressed, and its size tells that it is given in another unit.
     """
+    if gap_mm < 0:
+        config.refuse_contact()
     shape: Shape = config.shape()
     turned = Pose.from_degrees(
         np.array([x_mm, y_mm, 0.0]), roll=config.roll_deg, pitch=config.pitch_deg, yaw=config.yaw_deg + twist_deg

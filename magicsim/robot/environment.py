@@ -215,8 +215,8 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         try:
             speeds = np.asarray(action, np.float64)
         except (TypeError, ValueError):  # words, rows of unequal length
-            speeds = np.full(self.action_space.shape, np.nan)
-        if speeds.shape != self.action_space.shape or not np.isfinite(speeds).all():
+            speeds = np.full(2, np.nan)
+        if speeds.shape != (2,) or not np.isfinite(speeds).all():
             given = " ".join(str(action).split())
             raise ConfigError(f"action = {given} is not allowed: must be two finite numbers, closing and rising speed")
         return speeds

@@ -8,6 +8,7 @@ import trimesh
 
 from magicsim.arrays import Array
 from magicsim.errors import ConfigError
+from magicsim.geometry.files.mesh_file import read_mesh
 from magicsim.notebook.screen import from_srgb
 
 MAX_PIXELS = 50_000_000
@@ -19,12 +20,12 @@ def file_colors(path: str, points: Array) -> Array:
 
     Args:
         path: An OBJ, PLY or GLB file that `mesh_file.load_mesh` has accepted.
-        points: In the file's units, shape (points, 3).
+        points: In the file's units, z up, shape (points, 3).
 
     Raises:
         ConfigError: The file holds no colours.
     """
-    mesh = trimesh.load_mesh(path, process=False)
+    mesh = read_mesh(path)
     visual: Any = mesh.visual
     picture = _image(visual) if visual.kind == "texture" and visual.uv is not None else None
     if picture is None and visual.kind not in {"vertex", "face"}:

@@ -1,6 +1,7 @@
 """Reads the mesh of an object from a file, and refuses what cannot press."""
 
 import atexit
+import io
 import logging
 import os
 import re
@@ -14,12 +15,14 @@ import numpy as np
 import trimesh
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from trimesh.resolvers import FilePathResolver
 
 from magicsim.arrays import Array
 from magicsim.config.documents import parse_json
 from magicsim.config.presets import PATHS_START, is_file
 from magicsim.errors import ConfigError
 from magicsim.folder.listing import sha256_of
+from magicsim.geometry.files.polygons import triangulated_obj
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.shapes.mesh_solid import MeshShape
 
@@ -37,12 +40,25 @@ MIN_SIZE_MM, MAX_SIZE_MM = 0.01, 200.0
 """Least and largest extent of a mesh [mm]."""
 MAX_PLACE_MM = 10_000.0
 """Farthest from its origin that a mesh may lie [mm]: files hold single precision."""
+MM_PER_UNIT = {".glb": 1000.0}
+"""Of formats whose standard names a unit."""
+SMALL_MM = 5.0
+"""Across which a mesh whose scale nobody gave may be in metres or inches [mm]."""
+UNITS = {b"inch": 25.4, b"inches": 25.4, b"metre": 1000, b"metres": 1000, b"meter": 1000, b"meters": 1000, b"cm": 10,
+         b"centimeters": 10, b"centimetres": 10, b"m": 1000, b"in": 25.4}  # fmt: skip
+UNIT = re.compile(rb"units?[ \t]*[:=]?[ \t]*(" + b"|".join(UNITS) + rb")\b", re.IGNORECASE)
+"""How headers and comments name one."""
+UNIT_BYTES = 4096
+"""Length of the beginning that is searched for it."""
 JITTER = 1e-9
 """Random motion of the vertices, in units of the mesh's size: faces that lie in one plane then cross, or do not."""
 
 
-def load_mesh(path: str, *, scale: float = 1.0, feature_mm: float | None = None) -> MeshShape:
-    """Reads an STL, OBJ, PLY or GLB file; one unit of the file times `scale` is a millimetre.
+def load_mesh(path: str, *, scale: float | None = None, feature_mm: float | None = None) -> MeshShape:
+    """Reads an STL, OBJ, PLY or GLB file; z is up, and one unit of the file is so many millimetres as `scale` says.
+
+    Without a scale it is one millimetre, and of GLB files, whose standard says metres and y up (glTF 2.0, 3.4), 1000; a
+    size or a header that tells of another unit is warned about.
 
     The last few meshes are kept, known by the whole path and the content of their file. A surface that passes through
     itself is warned about: contact is that of its outside, which is the same as if its parts were one.
@@ -60,9 +76,28 @@ def load_mesh(path: str, *, scale: float = 1.0, feature_mm: float | None = None)
     return _load(path, scale, feature_mm, os.path.abspath(path), sha256_of(file))
 
 
+def mm_per_unit(path: str, scale: float | None) -> float:
+    """Millimetres per unit of a mesh file: the scale that is given, or the one of its format."""
+    return scale if scale is not None else MM_PER_UNIT.get(Path(path).suffix.lower(), 1.0)
+
+
+def read_mesh(path: str, *, with_colors: bool = True) -> trimesh.Trimesh:
+    """Vertices, triangles and, where asked for, colours of a file in its own units, z up, nothing merged or mended."""
+    suffix = Path(path).suffix.lower()
+    options: dict[str, Any] = {"process": False} | ({"skip_materials": not with_colors} if suffix == ".obj" else {})
+    if suffix == ".obj" and (text := triangulated_obj(Path(path).read_bytes())) is not None:
+        return trimesh.load_mesh(io.BytesIO(text), file_type="obj", resolver=FilePathResolver(path), **options)
+    mesh = trimesh.load_mesh(path, **options)
+    if suffix == ".glb":
+        mesh.vertices = np.asarray(mesh.vertices)[:, [0, 2, 1]] * (1, -1, 1)
+    return mesh
+
+
 @lru_cache(maxsize=4)
-def _load(path: str, scale: float, feature_mm: float | None, _whole_path: str, _digest: str) -> MeshShape:
-    surface = _closed_surface(path, scale)
+def _load(path: str, scale: float | None, feature_mm: float | None, _whole_path: str, _digest: str) -> MeshShape:
+    surface = _closed_surface(path, mm_per_unit(path, scale))
+    if scale is None and (hint := _unit_hint(Path(path), float(np.ptp(surface.vertices, axis=0).max()))):
+        LOGGER.warning("mesh '%s' %s", path, hint)
     if crossing := crossing_edges(surface):
         LOGGER.warning(
             "mesh '%s' passes through itself: %d of its edges cross other triangles; contact is that of its outside",
@@ -75,13 +110,23 @@ def _load(path: str, scale: float, feature_mm: float | None, _whole_path: str, _
 atexit.register(_load.cache_clear)
 
 
+def _unit_hint(path: Path, across_mm: float) -> str | None:
+    """What tells that the unit of a file is not the one that is taken; None where nothing does."""
+    with path.open("rb") as file:
+        named = UNIT.search(file.read(UNIT_BYTES))
+    if named is not None and path.suffix.lower() not in MM_PER_UNIT:
+        factor = UNITS[named[1].lower()]
+        return f"says that its unit is '{named[1].decode()}': scale={factor:g} would take it as that"
+    if across_mm < SMALL_MM:
+        return f"is {across_mm:.4g} mm across: if its unit is the metre, scale=1000; if it is the inch, scale=25.4"
+    return None
+
+
 def _closed_surface(path: str, scale: float) -> SurfaceMesh:
-    # Textures are read where colours are asked for
-    options = {"skip_materials": True} if path.lower().endswith(".obj") else {}
     try:
         problem = _announced_problem(Path(path))
         if problem is None:
-            loaded = trimesh.load_mesh(path, process=False, **options)
+            loaded = read_mesh(path, with_colors=False)
             problem = _size_problem(np.asarray(loaded.vertices, np.float64)[np.unique(loaded.faces)] * scale)
         if problem is None:
             mesh = trimesh.Trimesh(loaded.vertices, loaded.faces, process=True)
@@ -202,7 +247,8 @@ def _size_problem(corners_mm: Array) -> str | None:
     extents, far = np.ptp(corners_mm, axis=0), np.abs(corners_mm).max()
     if not (extents.min() >= MIN_SIZE_MM and extents.max() <= MAX_SIZE_MM):
         size = " x ".join(f"{extent:.4g}" for extent in extents)
-        return f"measures {size} mm: must be {MIN_SIZE_MM:g} to {MAX_SIZE_MM:g} mm; change scale"
+        wanted = "metres? try scale=1000" if extents.max() < MIN_SIZE_MM else "change scale"
+        return f"measures {size} mm: must be {MIN_SIZE_MM:g} to {MAX_SIZE_MM:g} mm; {wanted}"
     if far > MAX_PLACE_MM:
         return f"reaches {far:.4g} mm from its origin: at most {MAX_PLACE_MM:g} mm are allowed; move it there"
     return None

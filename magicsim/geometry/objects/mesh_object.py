@@ -5,19 +5,23 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from magicsim.errors import ConfigError
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.objects.rigid_object import ObjectBase, Size
 from magicsim.geometry.shapes.solids import Shape
 
+LEAST_TOUCHING_MM = 0.5
+"""Across which a mesh of unknown unit has to be to touch [mm]."""
+
 
 class MeshObject(ObjectBase):
-    """A watertight mesh from an STL, OBJ, PLY or GLB file, in the file's own frame."""
+    """A watertight mesh from an STL, OBJ, PLY or GLB file, in the file's own frame; that of a GLB file has y up."""
 
     kind: Literal["mesh"]
     path: str
     """The file; a relative path starts beside the TOML file that it stands in, or in the current folder."""
-    scale: Annotated[float, Field(ge=1e-6, le=1e6)] = 1.0
-    """Millimetres per unit of the file."""
+    scale: Annotated[float, Field(ge=1e-6, le=1e6)] | None = None
+    """Millimetres per unit of the file; by default 1, and of a GLB file, which is in metres, 1000."""
     file_colors: bool = False
     """Whether the file's texture, vertices or faces (OBJ, PLY, GLB) give the colour instead of `color`; it is taken at
     the vertices of the drawn triangles."""
@@ -34,8 +38,10 @@ class MeshObject(ObjectBase):
         if not self.file_colors:
             return surface
         from magicsim.geometry.files.mesh_colors import file_colors
+        from magicsim.geometry.files.mesh_file import mm_per_unit
 
-        return replace(surface, colors=file_colors(self.path, surface.vertices / self.scale))
+        points = surface.vertices / mm_per_unit(self.path, self.scale)
+        return replace(surface, colors=file_colors(self.path, points))
 
     def shape(self) -> Shape:
         """The solid, read from its file.
@@ -46,3 +52,15 @@ class MeshObject(ObjectBase):
         from magicsim.geometry.files.mesh_file import load_mesh
 
         return self.entered_from_above(load_mesh(self.path, scale=self.scale, feature_mm=self.feature_mm))
+
+    def refuse_contact(self) -> None:
+        """See `ObjectBase.refuse_contact`: a mesh that is tiny although nobody gave its scale is in metres."""
+        from magicsim.geometry.files.mesh_file import load_mesh
+
+        if self.scale is None:
+            low, high = load_mesh(self.path, feature_mm=self.feature_mm).box_mm
+            if (across := float((high - low).max())) < LEAST_TOUCHING_MM:
+                raise ConfigError(
+                    f"mesh '{self.path}' is {across:.4g} mm across and cannot touch: at least {LEAST_TOUCHING_MM:g} mm "
+                    "are needed where no scale is given; metres? try scale=1000"
+                )

@@ -51,6 +51,9 @@ class ObjectBase(Config):
         """Triangles of the solid, as the renderer draws them."""
         return self.shape().mesh()
 
+    def refuse_contact(self) -> None:
+        """Raises ConfigError where the object may be seen and not touch; none by default."""
+
     def entered_from_above(
         self, solid: Shape, *, shell_mm: float | None = None, reach_mm: float | None = None
     ) -> Shape:

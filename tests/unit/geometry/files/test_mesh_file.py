@@ -10,9 +10,11 @@ import trimesh
 from magicsim.config.models import load_preset
 from magicsim.deform.indentation.press import press
 from magicsim.errors import ConfigError
-from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.design import ElastomerDesign, load_design
 from magicsim.geometry.files import mesh_file
+from magicsim.geometry.files.export import TO_VIEWER, export_design
 from magicsim.geometry.files.mesh_file import crossing_edges, inside_out_parts, load_mesh
+from magicsim.geometry.indenter import place_object
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.geometry.shapes.entry import EntrySide
@@ -27,6 +29,8 @@ def written(folder: Path, mesh: trimesh.Trimesh, name: str = "part.stl") -> str:
 def test_every_format_gives_the_same_solid(tmp_path: Path, suffix: str):
     box = trimesh.creation.box((2.0, 3.0, 4.0))
     box.apply_translation((0.5, 0.0, 0.0))
+    if suffix == ".glb":  # metres, y up
+        box.apply_transform(TO_VIEWER)
     shape = load_mesh(written(tmp_path, box, f"part{suffix}"))
     assert shape.surface.is_watertight()
     assert shape.surface.volume_mm3() == pytest.approx(24.0)
@@ -300,3 +304,64 @@ def test_mesh_whose_corners_cannot_be_used_says_why(tmp_path: Path, change, name
     )
     with pytest.raises(ConfigError, match=named):
         load_mesh(str(tmp_path / "a.obj"))
+
+
+SLOT = [(-3, -3), (3, -3), (3, 3), (0.4, 3), (0.4, -1), (-0.4, -1), (-0.4, 3), (-3, 3)]
+"""A plate with a slot: 36 mm2 less 0.8 x 4 mm2."""
+
+
+def slotted(path: Path, first: int, form: str) -> str:
+    """A plate 3 mm high whose faces are concave polygons that begin at some corner."""
+    corners = SLOT[first:] + SLOT[:first]
+    count = len(corners)
+    lines = ["# Blender", *(f"v {x} {y} {z}" for z in (-3.0, 0.0) for x, y in corners), "vt 0 0", "vn 0 0 1"]
+    top, bottom = [count + each + 1 for each in range(count)], list(range(count, 0, -1))
+    sides = [[i + 1, (i + 1) % count + 1, count + (i + 1) % count + 1, count + i + 1] for i in range(count)]
+    if form == "negative":
+        top, bottom, *sides = ([each - 2 * count - 1 for each in face] for face in (top, bottom, *sides))
+    name = "{}/1/1" if form == "textured" else "{}"
+    lines += ["f " + " ".join(name.format(each) for each in face) for face in (top, bottom, *sides)]
+    path.write_text("\n".join(lines) + "\n")
+    return str(path)
+
+
+@pytest.mark.parametrize("first", range(8))
+@pytest.mark.parametrize("form", ["plain", "textured", "negative"])
+def test_concave_polygons_of_an_obj_cover_their_own_ground(tmp_path: Path, first: int, form: str, caplog):
+    shape = load_mesh(slotted(tmp_path / "slot.obj", first, form), scale=1.0)
+    assert shape.surface.volume_mm3() == pytest.approx(3 * (36 - 0.8 * 4))
+    inside_the_slot = shape.distance(np.array([[0.0, 1.0, -0.1]]))[0]
+    assert inside_the_slot[0] == pytest.approx(0.4)
+    assert not caplog.records
+
+
+def test_exported_glb_is_the_same_solid_as_a_mesh(tmp_path: Path):
+    design = load_design("uniform-block", ["footprint_mm=[8,9]"])
+    export_design(design, tmp_path / "block.glb")
+    export_design(design, tmp_path / "block.stl")
+    solid, other = (load_mesh(str(tmp_path / name)) for name in ("block.glb", "block.stl"))
+    assert solid.surface.volume_mm3() == pytest.approx(other.surface.volume_mm3(), rel=1e-5)
+    np.testing.assert_allclose(solid.box_mm, other.box_mm, atol=1e-4)
+
+
+def test_ball_in_metres_is_read_as_metres_of_a_glb_and_told_of_an_stl(tmp_path: Path, caplog):
+    ball = trimesh.creation.icosphere(radius=0.02)
+    assert np.ptp(load_mesh(written(tmp_path, ball, "ball.glb")).box_mm) == pytest.approx(40.0)
+    path = written(tmp_path, ball)
+    load_mesh(path)
+    assert "is 0.04 mm across: if its unit is the metre, scale=1000; if it is the inch, scale=25.4" in caplog.text
+    thing = parse_object(f"mesh:path={path}")
+    place_object(thing, gap_mm=1.0)
+    with pytest.raises(ConfigError, match=r"0\.04 mm across and cannot touch: .* metres\? try scale=1000"):
+        place_object(thing, gap_mm=-0.01)
+    place_object(parse_object(f"mesh:path={path},scale=1000"), gap_mm=-0.01)
+
+
+@pytest.mark.parametrize(
+    ("line", "scale"), [("# Units: inches", 25.4), ("# unit = cm", 10), ("# file units: meters", 1000)]
+)
+def test_unit_that_an_obj_names_is_told(tmp_path: Path, line: str, scale: float, caplog):
+    path = Path(written(tmp_path, trimesh.creation.icosphere(radius=10), "ball.obj"))
+    path.write_text(f"{line}\n{path.read_text()}")
+    load_mesh(str(path))
+    assert f"scale={scale:g} would take it as that" in caplog.text
