@@ -77,7 +77,25 @@ def activate_variant() -> str:
     except ImportError as error:
         msg = f"{VARIANT_VARIABLE} = {variant} does not run here: {str(error).splitlines()[0]}"
         raise ConfigError(msg) from error
+    if variant == LLVM_VARIANT and library is not None and (other := _other_llvm(library)) is not None:
+        msg = (
+            f"mitsuba or drjit was imported before magicsim and has loaded {other}, which can end the process: import "
+            f"magicsim.light.backend first, or set {LLVM_VARIABLE}={library} before Python starts"
+        )
+        raise ConfigError(msg)
     return variant
+
+
+def _other_llvm(library: Path) -> str | None:
+    """The libLLVM that Dr.Jit has loaded instead of one, None where it is that one or cannot be known.
+
+    Dr.Jit loads it when it is first imported and never another one.
+    """
+    maps = Path("/proc/self/maps")
+    if not maps.is_file() or library.name == str(library):  # a bare name is looked for by the system
+        return None
+    loaded = {line.split()[-1] for line in maps.read_text().splitlines() if "/libLLVM" in line}
+    return None if not loaded or str(library.resolve()) in loaded else min(loaded)
 
 
 def offered_variants() -> list[str]:

@@ -1,0 +1,25 @@
+"""Kinds of inputs that once gave a silent wrong answer: each has three variations, and those of one process hold."""
+
+from pathlib import Path
+
+import pytest
+from fault_inputs import register
+from laboratory.input_kinds import program
+from laboratory.input_kinds.registry import KINDS, Variation
+
+register()
+OWN = [(kind, each) for kind, variations in KINDS.items() for each in variations
+       if each.attempt.__module__ == program.__name__]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "each",
+    [pytest.param(each, id=f"{kind}: {each.name}", marks=[pytest.mark.slow] if "renderer" in kind else [])
+     for kind, each in OWN],
+)  # fmt: skip
+def test_answer_is_right_or_one_line(each: Variation, tmp_path: Path):
+    assert each.attempt(tmp_path) is None
+
+
+def test_every_kind_has_three_variations():
+    assert {kind: len(variations) for kind, variations in KINDS.items() if len(variations) < 3} == {}
