@@ -41,7 +41,7 @@ MIN_SIZE_MM, MAX_SIZE_MM = 0.01, 200.0
 MAX_PLACE_MM = 10_000.0
 """Farthest from its origin that a mesh may lie [mm]: files hold single precision."""
 MM_PER_UNIT = {".glb": 1000.0}
-"""Of formats whose standard names a unit."""
+"""Unit of each format whose standard names one [mm]."""
 SMALL_MM = 5.0
 """Across which a mesh whose scale nobody gave may be in metres or inches [mm]."""
 UNITS = {b"inch": 25.4, b"inches": 25.4, b"metre": 1000, b"metres": 1000, b"meter": 1000, b"meters": 1000, b"cm": 10,
