@@ -193,7 +193,7 @@ def gather_radiance(
         radiance += weight * on.lit if coating is not None and lamps else 0
         local = dr.select(face.painted, on.local, local)
         weight *= on.share
-        passed = after_lens(coating, si, asked, interface & ~segment.entering & reflect)
+        passed = after_lens(coating, si, asked, interface & ~segment.entering)
         asked = dr.select(on.asks, mi.UInt32(ASKED), passed)
         # 9. The next ray: from the surface, past an inclusion, or from a collision.
         outward = mi.Frame3f.cos_theta(local) > 0

@@ -4,12 +4,12 @@ Paint is a picture over the undeformed face. Each of its triangles has an affine
 of that picture, computed anew for each state of the mesh, so that colours move with the skin.
 
 Light that a camera path meets on paint comes from the lights in ways that share no path. Lights within the body, in
-straight line or by one reflection at the flat lens face, are asked for (shadow rays to a random point of each, and to
-its mirror image). All others are met by going on in a random direction; such a path then does not count a light
-that it meets straight away, or after that one reflection.
+straight line or by one reflection at the flat lens face, and lamps behind that face are asked for (`straight_light`).
+All others are met by going on in a random direction; such a path then does not count a light that it meets straight
+away, after that one reflection, or after it has left through the lens face.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
@@ -19,19 +19,18 @@ from magicsim.geometry.coat import HalfMirror, OpaqueCoat
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.face_paint import face_paint
 from magicsim.light.backend import aligned, dr, mi
-from magicsim.light.world.medium import Constants, Segment, leave, scattering_stretch
+from magicsim.light.world.medium import Constants, Segment, leave
 from magicsim.light.world.scene_dict import lights_inside
 from magicsim.light.world.shapes import mesh_of
+from magicsim.light.world.straight_light import BELOW_PLATE_MM, Lamp, Plate, Strip, straight_lights
 from magicsim.scenes.rig import Rig
 
-ASKED, MIRRORED = 1, 2
-"""What was asked for the lights: straight away before, and before one reflection at the lens face."""
+ASKED, ONCE_ON = 1, 2
+"""What was asked for the lights: straight away before, and before one meeting with the lens face."""
+WIDE = 0.15
+"""Least roughness of facets whose share of lights is asked for; sharper ones find them better by going on."""
 NOT_ON_FACE = -1e9
 """Texel of triangles that do not belong to the contact face."""
-SHORT_OF_LIGHT = 1 - 1e-4
-"""Part of the way to a light on which nothing may stand."""
-BELOW_PLATE_MM = 1e-4
-"""How near to the lens face a hit counts as on it, and a shadow ray goes on from it [mm]."""
 LEVEL = 0.999
 """Least z of the lens face's normal."""
 CLEAR = (0.0, 0.0, 0.0, 0.0)
@@ -65,8 +64,12 @@ class Coating:
     roughness: Any
     plate_mm: Any
     """Height of the flat lens face [mm]."""
-    lights: tuple[str, ...]
-    """Names of those within the body."""
+    is_wide: bool
+    """Whether lights are asked for what the facets mirror of them too."""
+    lights: list[Strip | Lamp]
+    """Those that are asked for."""
+    half_mm: tuple[Any, Any]
+    """Half of the footprint along x and y [mm]."""
     film: tuple[Any, Any] | None
     """Reflectance and transmittance of the film; None without."""
 
@@ -135,62 +138,55 @@ class Coating:
         weight = dr.select(on_ground, met.color, mi.Color3f(lit))
         return mi.Vector3f(away.x, away.y, side * away.z), weight, on_ground
 
-    def lit(self, scene: Any, si: Any, met: Met, constants: Constants, samples: tuple[Any, Any], active: Any) -> Any:
-        """Radiance that the ground of paint sends on of lights within the body, straight or mirrored, mi.Color3f.
+    def lit(self, scene: Any, si: Any, met: Met, constants: Constants, sample: Any, active: Any) -> Any:
+        """Radiance that paint sends on of lights that are asked for, by a random point of each, mi.Color3f.
 
         Args:
             scene: The loaded scene.
             si: Where a path meets the paint from within.
             met: What it meets.
             constants: Of the media.
-            samples: Two of mi.Point2f, uniform.
+            sample: mi.Point2f, uniform.
             active: Which paths ask.
         """
-        found = mi.Color3f(0)
-        for emitter in self._inside(scene):
-            found += self._straight(scene, emitter, si, constants, samples[0], active)
-            found += self._reflected(scene, emitter, si, constants, samples[1], active)
-        return dr.select(active, found * met.color * ((1 - self.specular) * dr.inv_pi), 0)
+        found, plate = mi.Color3f(0), self.plate(constants)
+        inward = dr.mulsign(mi.Vector3f(si.n), mi.Frame3f.cos_theta(si.wi))
+        place, towards = leave(si, inward).o, si.to_world(si.wi)
+        for light in self.lights:
+            for way in light.ways:
+                arriving = light.arriving(way, place, sample, plate)
+                ground, mirrored = self.shares(arriving.direction, towards, inward)
+                clear = arriving.unblocked(scene, active)
+                found += dr.select(clear, arriving.light * (ground * met.color + mirrored), 0)
+        return found
 
-    def _inside(self, scene: Any) -> list[Any]:
-        return [shape.emitter() for shape in scene.shapes() if shape.id() in self.lights]
+    def plate(self, constants: Constants) -> Plate:
+        """The lens face."""
+        return Plate(height_mm=self.plate_mm, half_mm=self.half_mm, constants=constants)
 
-    def _straight(self, scene: Any, emitter: Any, si: Any, constants: Constants, sample: Any, active: Any) -> Any:
-        """Irradiance of a random point of a light."""
-        ds, weight = emitter.sample_direction(si, sample, active)
-        asked = active & self._faces(si, ds.d) & (dr.max(weight) > 0)
-        passed = _unblocked(scene, leave(si, ds.d), ds.dist, constants, asked)
-        return weight * (passed * dr.abs(dr.dot(si.n, ds.d)))
+    def shares(self, arriving: Any, leaving: Any, normal: Any) -> tuple[Any, Any]:
+        """What ground of reflectance 1 and facets send on for each unit of arriving radiance and solid angle.
 
-    def _reflected(self, scene: Any, emitter: Any, si: Any, constants: Constants, sample: Any, active: Any) -> Any:
-        """Irradiance of a random point of a light by way of the lens face: that of the light on the mirrored place."""
-        image = mi.SurfaceInteraction3f(si)
-        image.p.z = 2 * self.plate_mm - si.p.z
-        ds, weight = emitter.sample_direction(image, sample, active)
-        away = mi.Vector3f(ds.d.x, ds.d.y, -ds.d.z)
-        first = (image.p.z - self.plate_mm) / dr.maximum(away.z, 1e-9)
-        asked = active & self._faces(si, away) & (dr.max(weight) > 0) & (away.z > 0) & (first < ds.dist)
-        passed = _unblocked(scene, leave(si, away), first, constants, asked)
-        turned = mi.Ray3f(image.p + ds.d * (first + BELOW_PLATE_MM), ds.d)
-        passed *= _unblocked(scene, turned, ds.dist - first - BELOW_PLATE_MM, constants, asked & (passed > 0))
-        passed *= mi.fresnel(-dr.abs(ds.d.z), constants.body_ior)[0]
-        return weight * (passed * dr.abs(dr.dot(si.n, away)))
+        Args:
+            arriving: Towards where light comes from, a unit vector.
+            leaving: Where it goes, the same.
+            normal: Of the face, into the body.
+        """
+        cosine, outward = dr.dot(normal, arriving), dr.dot(normal, leaving)
+        lit = (cosine > 0) & (outward > 0)
+        ground = dr.select(lit, cosine * ((1 - self.specular) * dr.inv_pi), 0)
+        if not self.is_wide:
+            return ground, mi.Float(0)
+        frame = mi.Frame3f(mi.Normal3f(normal))
+        wi, wo = frame.to_local(leaving), frame.to_local(arriving)
+        half = dr.normalize(wi + wo)
+        facets = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, self.roughness, sample_visible=True)
+        shadowed = facets.smith_g1(wi, half) * facets.smith_g1(wo, half)
+        return ground, dr.select(lit, self.specular * facets.eval(half) * shadowed / (4 * outward), 0)
 
     def mirrored(self, si: Any) -> Any:
         """Whether a hit from within is on the flat lens face."""
         return (si.p.z > self.plate_mm - BELOW_PLATE_MM) & (si.n.z > LEVEL)
-
-    def _faces(self, si: Any, direction: Any) -> Any:
-        return dr.dot(si.n, direction) * mi.Frame3f.cos_theta(si.wi) > 0
-
-
-def _unblocked(scene: Any, ray: Any, length: Any, constants: Constants, active: Any) -> Any:
-    """Part of the light that comes along a ray within the body, 0 where something stands in its way."""
-    ray.maxt = length * SHORT_OF_LIGHT
-    seen = active & ~scene.ray_test(ray, active)
-    _, stretch = scattering_stretch(ray, length, constants.top_mm)
-    passed = dr.exp(-constants.body.sigma_t * stretch - constants.body.sigma_a * (length - stretch))
-    return dr.select(seen, passed, 0)
 
 
 @dataclass(slots=True, kw_only=True)
@@ -228,10 +224,10 @@ def send_on(
         return SentOn(local=mi.Vector3f(0, 0, 1), share=mi.Float(1), lit=mi.Color3f(0), asks=mi.Bool(False))
     painted = active & face.painted
     within = painted & ~segment.entering
-    places = [mi.Point2f(sampler.next_float32(active), sampler.next_float32(active)) for _ in range(2)]
-    lit = coating.lit(scene, si, face, constants, (places[0], places[1]), within)
+    place = mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))
+    lit = coating.lit(scene, si, face, constants, place, within)
     local, share, on_ground = coating.bounce(si, face, *samples)
-    return SentOn(local=local, share=dr.select(painted, share, 1), lit=lit, asks=within & on_ground)
+    return SentOn(local=local, share=dr.select(painted, share, 1), lit=lit, asks=within & (on_ground | coating.is_wide))
 
 
 def bounced(coating: Coating | None, si: Any, face: Met, choice: Any, sample: Any) -> tuple[Any, Any]:
@@ -250,11 +246,11 @@ def bounced(coating: Coating | None, si: Any, face: Met, choice: Any, sample: An
     return local, dr.select(face.painted, share, 1)
 
 
-def after_lens(coating: Coating | None, si: Any, asked: Any, reflected: Any) -> Any:
-    """What was asked for the lights after a reflection: only the first one at the lens face is known."""
+def after_lens(coating: Coating | None, si: Any, asked: Any, leaving: Any) -> Any:
+    """What was asked for the lights after the body's surface: only the first meeting with the lens face is known."""
     if coating is None:
         return mi.UInt32(0)
-    return dr.select((asked == ASKED) & reflected & coating.mirrored(si), mi.UInt32(MIRRORED), 0)
+    return dr.select((asked == ASKED) & leaving & coating.mirrored(si), mi.UInt32(ONCE_ON), 0)
 
 
 def meet_face(coating: Coating | None, si: Any, segment: Segment, reflectance: Any, sampler: Any, active: Any) -> Met:
@@ -276,10 +272,12 @@ class FaceCoating:
         opaque = isinstance(coat, OpaqueCoat)
         self._texels = mi.Float(aligned(texels, np.float32).ravel())
         self._rows, self._columns = texels.shape[:2]
-        self._specular = dr.opaque(mi.Float, coat.specular if isinstance(coat, OpaqueCoat) else 0.0)
-        self._roughness = dr.opaque(mi.Float, coat.roughness if isinstance(coat, OpaqueCoat) else 1.0)
+        specular, roughness = (coat.specular, coat.roughness) if isinstance(coat, OpaqueCoat) else (0.0, 1.0)
+        self._specular, self._roughness = dr.opaque(mi.Float, specular), dr.opaque(mi.Float, roughness)
+        self._is_wide = specular > 0 and roughness >= WIDE
+        self._half = tuple(dr.opaque(mi.Float, size / 2) for size in design.footprint_mm)
         self._plate = dr.opaque(mi.Float, design.height_mm + rig.lens.thickness_mm)
-        self._lights = tuple(lights_inside(rig))
+        self._plate_mm, self._inside = design.height_mm + rig.lens.thickness_mm, tuple(lights_inside(rig))
         self._film = None
         if isinstance(coat, HalfMirror):
             self._film = tuple(dr.opaque(mi.Float, each) for each in (coat.reflectance, coat.transmittance))
@@ -297,12 +295,12 @@ class FaceCoating:
         """Coating of a block on a rig, or None where its face is bare."""
         return cls(elastomer, rig) if elastomer.design.face_is_special else None
 
-    def on(self, body: Any) -> Coating:
-        """The coating of the body's mesh as it is now."""
+    def on(self, body: Any, scene: Any) -> Coating:
+        """The coating of the body's mesh and the lights of the scene as they are now."""
         positions = mi.traverse(body)["vertex_positions"]
         if self._coating is None or self._positions.index != positions.index:
             self._coating, self._positions = self._mapped(mesh_of(body).vertices), mi.Float(positions)
-        return self._coating
+        return replace(self._coating, lights=straight_lights(scene, self._inside, self._plate_mm))
 
     def _mapped(self, vertices: Array) -> Coating:
         maps = np.zeros((len(self._faces), 2, 4))
@@ -312,7 +310,7 @@ class FaceCoating:
         return Coating(
             maps=mi.Float(aligned(maps, np.float32).ravel()), texels=self._texels, columns=self._columns,
             rows=self._rows, specular=self._specular, roughness=self._roughness, film=self._film, plate_mm=self._plate,
-            lights=self._lights,
+            is_wide=self._is_wide, lights=[], half_mm=self._half,
         )  # fmt: skip
 
 

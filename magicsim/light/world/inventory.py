@@ -147,7 +147,7 @@ class Inventory:
             faces=grid.faces if grid is not None else None,
             openings=self._openings,
             outside=outside.scene if outside is not None and outside.object is not None else None,
-            coating=self._coating.on(self._body) if self._coating is not None else None,
+            coating=self._coating.on(self._body, self._scene) if self._coating is not None else None,
             environment=self.environment,
             room=room,
             scatterers=self._scatterers.on(self._infill) if self._scatterers is not None else None,
