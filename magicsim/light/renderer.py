@@ -220,6 +220,8 @@ class Renderer(PlainRenderer):
         anchor = self.anchor()
         if view.is_untouched:
             return np.asarray(inner.of(anchor.image)), AT_REST
+        if self.elastomer.design.is_opaque:
+            return self._coated(view)
         around = inner.grown(REACH_PX, columns, rows)
         pixels, shape = around.numbers(columns, rows), (around.rows, around.columns, 3)
         rest, placed, light_x_mm = self.light(View()), self._placed(view), view.flashlight_x_mm
@@ -249,6 +251,17 @@ class Renderer(PlainRenderer):
         images = [np.asarray(each.reshape(shape), np.float32) for each in (now, known, before)]
         found = anchored_image(images[0], images[1], images[2], changed.reshape(shape[:2]))
         return np.asarray(inner.within(around).of(found)), origin
+
+    def _coated(self, view: View) -> tuple[FloatImage, Origin]:
+        """The same of an opaque coat: what is seen has no noise that an untouched image could take away."""
+        world, window, origin = self.light(view), self._film.window, Origin(light="traced", image="traced")
+        if world.is_integrated:
+            field = world.darkness()
+        else:
+            field, light = self._light(view, self._placed(view), is_moved=True)
+            world, origin = self.light(view), replace(origin, light=light)
+        seen = world.gather(field, samples=self.settings.samples, seed=self.seed, window=window)
+        return np.array(seen, np.float32), origin
 
     def _passing_light(self, x_mm: float) -> PassingLight:
         """What passes in the room, in its place along x."""

@@ -42,11 +42,15 @@ def untouched(
     room = {name: count for name, count in particles.items() if name == ENVIRONMENT}
     room_record = LightRecord.empty(1, room[ENVIRONMENT]) if room and with_room else None
     fields |= world.light_fields(room, seed=seed, record=room_record)
-    paths = recorded_paths(world, seed=seed, samples=samples, regions=regions)
+    is_opaque = world.elastomer.design.is_opaque
+    paths = recorded_paths(world, seed=seed, samples=1 if is_opaque else samples, regions=regions)
     field = total([world.darkness(), *fields.values()])
     columns, rows = (int(size) for size in world.scene.sensors()[0].film().size())
     pixels = np.arange(columns * rows, dtype=np.uint32)
-    image = paths.direct + paths.glow(world.elements(field), pixels)
+    if is_opaque:  # the light of a coat is no sum over elements
+        image = np.array(world.gather_pixels(field, pixels, samples=samples, seed=seed)).T
+    else:
+        image = paths.direct + paths.glow(world.elements(field), pixels)
     return Untouched(
         fields=fields,
         particles=dict(particles),

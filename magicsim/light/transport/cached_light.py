@@ -9,7 +9,7 @@ import numpy.typing as npt
 from magicsim.arrays import Array
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.light.backend import aligned, dr, mi
-from magicsim.light.world.medium import classify
+from magicsim.light.world.medium import classify, free_path
 from magicsim.light.world.shapes import Shapes
 
 PLAIN_MM = 1.0
@@ -167,6 +167,23 @@ class VoxelField:
 
     voxels: Voxels
     field: Piecewise
+    steps: int = 1
+    """Points along a ray that its light is taken from: a random one, or so many even ones."""
+
+    def along(self, ray: Any, begin: Any, kept: Any, sigma_t: Any, sample: Any, active: Any) -> Any:
+        """Mean over the collisions of a ray.
+
+        Args:
+            ray: The ray.
+            begin: Where the voxels' medium begins on it [mm].
+            kept: Transmittance from there to the ray's end.
+            sigma_t: Extinction [1/mm].
+            sample: Uniform, decides where one point is.
+            active: Which rays count.
+        """
+        samples = [sample] if self.steps == 1 else [(step + 0.5) / self.steps for step in range(self.steps)]
+        values = [self.at(ray(begin + free_path(each, kept, sigma_t)), active) for each in samples]
+        return values[0] if self.steps == 1 else sum(values[1:], values[0]) / self.steps
 
     def at(self, point: Any, active: Any) -> Any:
         """Value at a point."""

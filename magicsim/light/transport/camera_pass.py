@@ -18,7 +18,7 @@ from magicsim.light.flaws.scatterers import bump_ahead, turned
 from magicsim.light.transport.cached_light import CachedLight
 from magicsim.light.transport.path_record import Gathered, PathRecord
 from magicsim.light.transport.path_starts import PathStarts
-from magicsim.light.world.coating import ASKED, after_lens, meet_face, send_on
+from magicsim.light.world.coating import ASKED, after_surface, meet_face, send_on
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.medium import (
     Coefficients,
@@ -81,7 +81,7 @@ def gather_radiance(
             weight, in_body, depth = starts.weight(), starts.in_body(), mi.UInt32(starts.depth)
             collisions, waiting = mi.UInt32(0), mi.Bool(False)
             at.kind = mi.UInt32(NOWHERE)
-            asked = mi.UInt32(0)
+            asked = mi.UInt32(starts.asked)
         # 2. What is met next, by the block's own mesh, the scene or what surrounds it.
         si = next_hit(scene, ray, body_pointer, infill_pointer, shapes.faces, at, active)
         segment = classify(si, body_pointer, infill_pointer, in_body, shapes.openings)
@@ -123,8 +123,9 @@ def gather_radiance(
         else:
             begin, stretch = scattering_stretch(ray, si.t, constants.top_mm)
             kept = dr.exp(-body.sigma_t * stretch)
-            body_way = begin + free_path(sampler.next_float32(active), kept, body.sigma_t)
-            cloud = light.body.at(ray(body_way), active & crossed)
+            chance = sampler.next_float32(active)
+            body_way = begin + free_path(chance, kept, body.sigma_t)
+            cloud = light.body.along(ray, begin, kept, body.sigma_t, chance, active & crossed)
             before = dr.exp(-body.sigma_a * begin)
             share = (1 - kept) * (body.albedo / (4 * dr.pi))
             radiance[active & crossed] += weight * before * cloud * share
@@ -171,7 +172,9 @@ def gather_radiance(
         waiting_inside[set_aside] = ~through
         waiting_ray[set_aside] = leave(si, si.to_world(back))
         waiting_collisions[set_aside] = collisions
-        waiting_asked[set_aside] = after_lens(coating, si, asked, interface & ~segment.entering)
+        waiting_asked[set_aside] = after_surface(
+            coating, si, asked, interface & ~segment.entering, mi.Bool(True)
+        )
         waiting |= set_aside
         weight[dielectric] *= branch
 
@@ -189,11 +192,11 @@ def gather_radiance(
             bs, value = si.bsdf(ray).sample(context, si, sample1, sample2, opaque)
             local = bs.wo
             weight *= value
-        on = send_on(coating, scene, si, segment, face, constants, (sample1, sample2), sampler, active)
+        on = send_on(coating, scene, si, segment, face, constants, (sample1, sample2), sampler, depth == 1, active)
         radiance += weight * on.lit if coating is not None and lamps else 0
         local = dr.select(face.painted, on.local, local)
         weight *= on.share
-        passed = after_lens(coating, si, asked, interface & ~segment.entering)
+        passed = after_surface(coating, si, asked, interface & ~segment.entering, reflect)
         asked = dr.select(on.asks, mi.UInt32(ASKED), passed)
         # 9. The next ray: from the surface, past an inclusion, or from a collision.
         outward = mi.Frame3f.cos_theta(local) > 0

@@ -23,16 +23,18 @@ from magicsim.light.transport.cached_light import (
     flat,
 )
 from magicsim.light.transport.camera_pass import gather_radiance
+from magicsim.light.transport.coat_light import CoatSolver
 from magicsim.light.transport.light_field import LightField, total
 from magicsim.light.transport.light_pass import FIXED_POINT, Tracks, deposit_tracks, sum_tracks
 from magicsim.light.transport.light_starts import ROOM_PART, ROUND_OBJECT, LightStarts, Sent, chunks
 from magicsim.light.transport.path_record import PathRecord
-from magicsim.light.transport.path_starts import CameraStarts, PathStarts, object_rays
+from magicsim.light.transport.path_starts import CameraStarts, ObjectStarts, PathStarts, object_rays
 from magicsim.light.transport.recorded_light import LightRecord
-from magicsim.light.transport.streams import ON_OBJECT, ROOM_ON_OBJECT, SEEDS_PER_RENDER
+from magicsim.light.transport.streams import COAT, ON_OBJECT, ROOM_ON_OBJECT, SEEDS_PER_RENDER
+from magicsim.light.world.coating import CoatLight
 from magicsim.light.world.inventory import Inventory
 from magicsim.light.world.loaded_scene import World
-from magicsim.light.world.medium import Media
+from magicsim.light.world.medium import Constants, Media
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
 from magicsim.light.world.outside import Outside
 from magicsim.light.world.scene_dict import WorldContent, lights_inside, lights_off
@@ -49,6 +51,8 @@ CAMERA_DEPTH = 200
 FLASHLIGHT_PART = 4
 """In images without an anchor a flashlight on no object gets the strips' particles divided by this: their error
 stays the same."""
+STEPS = 8
+"""Points of a scattering body on a camera ray to an opaque coat."""
 RAYS_PER_PARTICLE = 0.5
 """Rays from the object for each particle of the light pass."""
 
@@ -126,7 +130,7 @@ class LitWorld(World):
         shapes = self.inventory.shapes(outside)
         scatters = self.voxels is not None or (shapes.infill is not None and self.media.infill.sigma_s > 0)
         dark, lit = self.darkness(outside), {name: particles[name] for name in particles if name not in self._off}
-        if not lit or (shapes.object is None and not scatters and record is None):
+        if not lit or self.is_integrated or (shapes.object is None and not scatters and record is None):
             return dict.fromkeys(particles, dark)
         sent = [
             each
@@ -178,7 +182,7 @@ class LitWorld(World):
     ) -> LightField:
         """The field with the irradiance of the object gathered by rays from its surface, see `object_light`."""
         shapes = self.inventory.shapes(outside)
-        if shapes.object is None:
+        if shapes.object is None or self.elastomer.design.is_opaque:
             return field
         stream = SEEDS_PER_RENDER * seed + ON_OBJECT
         count = max(1, round(RAYS_PER_PARTICLE * particles))
@@ -266,17 +270,52 @@ class LitWorld(World):
         starts = CameraStarts.of(
             self.scene.sensors()[0], samples=samples, pixels=pixels, pattern=pattern, part=range(samples)
         )
-        return self.camera_pass(field, starts, stream=SEEDS_PER_RENDER * seed, room=room) / samples
+        known, coat = self.on_coat(field, seed=seed)
+        return self.camera_pass(known, starts, stream=SEEDS_PER_RENDER * seed, room=room, coat=coat) / samples
+
+    @property
+    def is_integrated(self) -> bool:
+        """Whether all light is found without particles: under an opaque coat, where no grid is in its way."""
+        return self.elastomer.design.is_opaque and self.elastomer.grid is None
+
+    def on_coat(self, field: LightField, *, seed: int) -> tuple[LightField, CoatLight | None]:
+        """What an opaque coat sends out, and the field with the light that it depends on; None where there is none."""
+        face = self.inventory.coated_face()
+        if face is None:
+            return field, None
+        part = self.body_part()
+        stream = SEEDS_PER_RENDER * seed + COAT
+
+        def lit(glow: Array | None) -> LightField:
+            if glow is None or part is None:
+                return field
+            return replace(field, body=glow * part.held_mm3[:, None])
+
+        def trace(starts: ObjectStarts, coat: CoatLight, glow: Array | None) -> Any:
+            return self.camera_pass(lit(glow), starts, stream=stream, coat=coat)
+
+        coating, camera = self.inventory.shapes().coating, self.rig.camera
+        box = coating.box(Constants.of(self.media.reduced))
+        pinhole = self.elastomer.design.height_mm + self.rig.lens.thickness_mm + camera.distance_mm
+        solver = CoatSolver(
+            scene=self.scene, coating=coating, face=face, box=box, pinhole_mm=np.array([0.0, 0.0, pinhole]),
+            trace=trace, voxels_mm=part.centres_mm if part is not None and self.is_integrated else None,
+        )  # fmt: skip
+        light, glow = solver.solved()
+        return lit(glow), light
 
     def camera_pass(
         self, field: LightField, starts: PathStarts, *, stream: int, outside: Outside | None = None, room: Any = None,
-        record: PathRecord | None = None,
+        record: PathRecord | None = None, coat: CoatLight | None = None,
     ) -> Any:  # fmt: skip
         """Radiance summed over each lane's paths, mi.Color3f."""
         scene, shapes = self._traced(outside, room)
+        if coat is not None:
+            shapes = replace(shapes, coating=replace(shapes.coating, light=coat, asks_sides=True))
+        steps = STEPS if coat is not None and isinstance(starts, CameraStarts) else 1
         return gather_radiance(
             scene, shapes, self.media.reduced,
-            self._cached(field, is_change=room is not None), self.content.object_finish, starts, seed=stream,
+            self._cached(field, is_change=room is not None, steps=steps), self.content.object_finish, starts, seed=stream,
             max_depth=CAMERA_DEPTH, forward=self.media.infill if self._followed else None, followed=self._followed,
             record=record,
         )  # fmt: skip
@@ -292,10 +331,10 @@ class LitWorld(World):
         grid = self.inventory.grid()
         return cell_elements(field.fluence, grid.centres_mm if grid is not None else None, self.counts)
 
-    def _cached(self, field: LightField, *, is_change: bool) -> CachedLight:
+    def _cached(self, field: LightField, *, is_change: bool, steps: int) -> CachedLight:
         part, body = self.body_part(), None
         if self.voxels is not None and part is not None:
             elements = body_elements(field.body, part, self.voxels)
-            body = VoxelField(voxels=self.voxels, field=Piecewise.of(elements, is_change=is_change))
+            body = VoxelField(voxels=self.voxels, field=Piecewise.of(elements, is_change=is_change), steps=steps)
         cells = Piecewise.of(self._cells(field), is_change=is_change)
         return CachedLight(cells=cells, body=body, irradiance=flat(field.irradiance))

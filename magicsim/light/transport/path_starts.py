@@ -50,6 +50,8 @@ class CameraStarts:
     """Numbers of the samples that are traced, mi.UInt32 of size 1."""
     depth: int = 0
     """Interactions before the start."""
+    asked: int = 0
+    """What was asked for the lights before it, see `coating.ASKED`."""
 
     @classmethod
     def of(cls, sensor: Any, *, samples: int, pixels: Numbers, pattern: int, part: range) -> Self:
@@ -111,6 +113,8 @@ class ObjectStarts:
     """Numbers of the only path of a lane and of the next, mi.UInt32 of size 1."""
     depth: int = 1
     """Interactions before the start."""
+    asked: int = 0
+    """What was asked for the lights before it, see `coating.ASKED`."""
 
     @classmethod
     def of(cls, numbers: Any, rays: Any, weights: Any, inside: Any) -> Self:

@@ -25,6 +25,8 @@ PASSING = SEEDS_PER_RENDER - 7
 """Light of what passes in the room, through the opening of the housing."""
 PASSING_ON_OBJECT = SEEDS_PER_RENDER - 8
 """Light of what passes in the room, around an object."""
+COAT = SEEDS_PER_RENDER - 9
+"""What is seen from an opaque coat."""
 
 
 def generators(dimensions: int) -> list[int]:

@@ -10,30 +10,171 @@ away, after that one reflection, or after it has left through the lens face.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
+import scipy.sparse as sp
 
-from magicsim.arrays import Array
+from magicsim.arrays import Array, Index
 from magicsim.geometry.coat import HalfMirror, OpaqueCoat
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.face_paint import face_paint
-from magicsim.light.backend import aligned, dr, mi
+from magicsim.light.backend import aligned, columns, dr, mi
 from magicsim.light.world.medium import Constants, Segment, leave
 from magicsim.light.world.scene_dict import lights_inside
 from magicsim.light.world.shapes import mesh_of
-from magicsim.light.world.straight_light import BELOW_PLATE_MM, Lamp, Plate, Strip, straight_lights
+from magicsim.light.world.straight_light import OFF_MM, Box, Lamps, Strips, straight_lights
 from magicsim.scenes.rig import Rig
 
-ASKED, ONCE_ON = 1, 2
-"""What was asked for the lights: straight away before, and before one meeting with the lens face."""
+ASKED, CROSSED = 1, 64
+"""What was asked for the lights: straight away before, and before a way out through the lens face; the former and the
+bits below after a reflection."""
+BITS = (2, 4, 8)
+"""After a reflection at a side along x, one along y, and the lens face."""
 WIDE = 0.15
 """Least roughness of facets whose share of lights is asked for; sharper ones find them better by going on."""
 NOT_ON_FACE = -1e9
 """Texel of triangles that do not belong to the contact face."""
-LEVEL = 0.999
-"""Least z of the lens face's normal."""
+LEVEL, UPRIGHT = 0.999, 0.99
+"""Least part of the normals of lens face and sides along their axis."""
+BULGE_MM = 0.2
+"""How far a side may be off its place [mm]."""
 CLEAR = (0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoatedFace:
+    """The face's own triangles in one state."""
+
+    places_mm: Array
+    """Vertices of the body, shape (vertices, 3) [mm]."""
+    rest_mm: Array
+    """Along x and y where they were undeformed, shape (vertices, 2) [mm]."""
+    facets: Index
+    """Corners of the face's triangles, shape (facets, 3)."""
+    numbers: Index
+    """Of the face's triangles among those of the body, shape (facets,)."""
+    triangles: int
+    """Of the body."""
+
+    @cached_property
+    def vertices(self) -> Index:
+        """Vertices of the face."""
+        return np.unique(self.facets)
+
+    @cached_property
+    def local(self) -> Index:
+        """Corners of the facets as numbers of `vertices`, shape (facets, 3)."""
+        return np.searchsorted(self.vertices, self.facets)
+
+    def facet_normals(self) -> Array:
+        """Into the body, shape (facets, 3)."""
+        return -_unit(self._crosses())
+
+    def vertex_normals(self) -> Array:
+        """Mean of the facets around each vertex by their areas, shape (vertices of the face, 3)."""
+        total = np.zeros((len(self.vertices), 3))
+        np.add.at(total, self.local.ravel(), np.repeat(self._crosses(), 3, 0))
+        return -_unit(total)
+
+    def _crosses(self) -> Array:
+        corners = self.places_mm[self.facets]
+        return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+    def averaged(self, values: Array, steps: int) -> Array:
+        """Values of the face's vertices, averaged with their neighbours' so often, of the same shape."""
+        count = len(self.vertices)
+        pairs = np.concatenate([self.local[:, [a, b]] for a in range(3) for b in range(3)])
+        shares = sp.csr_matrix((np.ones(len(pairs)), pairs.T), shape=(count, count))
+        for _ in range(steps):
+            values = shares @ values
+            values = values / np.asarray(shares.sum(1))
+        return values
+
+    def maps(self, values: Array) -> Array:
+        """Linear maps from places on each triangle of the body to values, shape (triangles, values, 4); 0 off the face.
+
+        Args:
+            values: At the corners of the facets, shape (facets, 3, values).
+        """
+        found = np.zeros((self.triangles, values.shape[-1], 4))
+        found[self.numbers] = affine_maps(self.places_mm[self.facets], values)
+        return found
+
+
+UPWARDS, AROUND = 8, 16
+"""Directions in which it is kept what facets send out: heights, and angles at each."""
+COEFFICIENTS = 8
+"""Values that are linear on a facet: ground and facets in three channels, and the place among the knots."""
+
+
+def outward_bins() -> Array:
+    """Middles of the directions in which light of facets is kept, shape (UPWARDS * AROUND, 3)."""
+    z = (np.repeat(np.arange(UPWARDS), AROUND) + 0.5) / UPWARDS
+    angle = 2 * np.pi * (np.tile(np.arange(AROUND), UPWARDS) + 0.5) / AROUND
+    flat = np.sqrt(1 - z**2)
+    return np.column_stack([flat * np.cos(angle), flat * np.sin(angle), z])
+
+
+@dataclass(slots=True, kw_only=True)
+class CoatLight:
+    """What an opaque coat sends out of all light, see `transport.coat_light`; on the renderer's side."""
+
+    maps: Any
+    """Linear maps of each triangle of the body, `COEFFICIENTS` times four floats."""
+    lobes: Any
+    """What facets send out at each knot in each direction, mi.Color3f; None where they have no part in it."""
+    counts: tuple[Any, Any]
+    """Knots along x and y."""
+    shown: bool
+    """Whether `maps` hold what facets send to the camera."""
+
+    @classmethod
+    def of(cls, maps: Array, lobes: Array | None, counts: tuple[int, int], *, shown: bool) -> Self:
+        """Light from arrays of NumPy."""
+        flat = mi.Color3f(*columns(lobes.reshape(-1, 3))) if lobes is not None else None
+        sizes = tuple(dr.opaque(mi.UInt32, count) for count in counts)
+        return cls(maps=mi.Float(aligned(maps, np.float32).ravel()), lobes=flat, counts=sizes, shown=shown)
+
+    def sent(self, si: Any, color: Any, straight: Any, active: Any) -> Any:
+        """Radiance of the coat where paths meet it, mi.Color3f.
+
+        Args:
+            si: The hits.
+            color: Of the ground, mi.Color3f.
+            straight: Which paths come straight from the camera.
+            active: Which count.
+        """
+        row = COEFFICIENTS * si.prim_index
+        values = [dr.gather(mi.Vector4f, self.maps, row + k, active) for k in range(COEFFICIENTS)]
+        found = [dr.fma(m.x, si.p.x, dr.fma(m.y, si.p.y, dr.fma(m.z, si.p.z, m.w))) for m in values]
+        ground, mirrored = mi.Color3f(*found[:3]) * color, mi.Color3f(0)
+        if self.lobes is not None:
+            mirrored = self._outwards(si, found[6:], active)
+            mirrored = dr.select(straight & self.shown, mi.Color3f(*found[3:6]), mirrored)
+        return dr.select(active, dr.maximum(ground + mirrored, 0), 0)
+
+    def _outwards(self, si: Any, place: list[Any], active: Any) -> Any:
+        """What facets of the nearest knot send where a path came from, linear between directions."""
+        knot = [mi.UInt32(dr.clip(at + 0.5, 0, mi.Float(n) - 0.5)) for at, n in zip(place, self.counts, strict=True)]
+        first = (knot[1] * self.counts[0] + knot[0]) * (UPWARDS * AROUND)
+        away = si.to_world(si.wi)
+        height = dr.clip(away.z * UPWARDS - 0.5, 0, UPWARDS - 1)
+        turn = dr.atan2(away.y, away.x) * (AROUND / dr.two_pi) - 0.5
+        turn = dr.select(turn < 0, turn + AROUND, turn)
+        low, left = mi.UInt32(height), dr.minimum(mi.UInt32(turn), AROUND - 1)
+        up, right = dr.minimum(low + 1, UPWARDS - 1), (left + 1) % AROUND
+        u, v = height - mi.Float(low), turn - mi.Float(left)
+
+        def at(level: Any, side: Any) -> Any:
+            return dr.gather(mi.Color3f, self.lobes, first + level * AROUND + side, active)
+
+        return dr.lerp(dr.lerp(at(low, left), at(low, right), v), dr.lerp(at(up, left), at(up, right), v), u)
+
+
+def _unit(vectors: Array) -> Array:
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-30))
 
 
 @dataclass(slots=True, kw_only=True)
@@ -66,10 +207,14 @@ class Coating:
     """Height of the flat lens face [mm]."""
     is_wide: bool
     """Whether lights are asked for what the facets mirror of them too."""
-    lights: list[Strip | Lamp]
+    lights: list[Strips | Lamps]
     """Those that are asked for."""
     half_mm: tuple[Any, Any]
     """Half of the footprint along x and y [mm]."""
+    asks_sides: bool = False
+    """Whether lights are asked for by way of the body's sides too."""
+    light: CoatLight | None = None
+    """What the coat sends out, where that is known; camera paths then end there."""
     film: tuple[Any, Any] | None
     """Reflectance and transmittance of the film; None without."""
 
@@ -149,20 +294,20 @@ class Coating:
             sample: mi.Point2f, uniform.
             active: Which paths ask.
         """
-        found, plate = mi.Color3f(0), self.plate(constants)
+        found, box = mi.Color3f(0), self.box(constants)
         inward = dr.mulsign(mi.Vector3f(si.n), mi.Frame3f.cos_theta(si.wi))
         place, towards = leave(si, inward).o, si.to_world(si.wi)
         for light in self.lights:
-            for way in light.ways:
-                arriving = light.arriving(way, place, sample, plate)
+            for row in light.straight:
+                arriving = light.arriving(mi.UInt32(row), place, sample, box)
                 ground, mirrored = self.shares(arriving.direction, towards, inward)
                 clear = arriving.unblocked(scene, active)
                 found += dr.select(clear, arriving.light * (ground * met.color + mirrored), 0)
         return found
 
-    def plate(self, constants: Constants) -> Plate:
-        """The lens face."""
-        return Plate(height_mm=self.plate_mm, half_mm=self.half_mm, constants=constants)
+    def box(self, constants: Constants) -> Box:
+        """The body as lights shine through it."""
+        return Box(height_mm=self.plate_mm, half_mm=self.half_mm, constants=constants)
 
     def shares(self, arriving: Any, leaving: Any, normal: Any) -> tuple[Any, Any]:
         """What ground of reflectance 1 and facets send on for each unit of arriving radiance and solid angle.
@@ -184,9 +329,20 @@ class Coating:
         shadowed = facets.smith_g1(wi, half) * facets.smith_g1(wo, half)
         return ground, dr.select(lit, self.specular * facets.eval(half) * shadowed / (4 * outward), 0)
 
-    def mirrored(self, si: Any) -> Any:
-        """Whether a hit from within is on the flat lens face."""
-        return (si.p.z > self.plate_mm - BELOW_PLATE_MM) & (si.n.z > LEVEL)
+    def after(self, si: Any, asked: Any, reflected: Any) -> Any:
+        """What was asked for the lights after a hit on the body's surface from within, see `ASKED`."""
+        on_lens = (si.p.z > self.plate_mm - OFF_MM) & (si.n.z > LEVEL)
+        on = [mi.Bool(False), mi.Bool(False), on_lens]
+        if self.asks_sides:
+            for axis in range(2):
+                on[axis] = ~on_lens & (dr.abs(si.n[axis]) > UPRIGHT)
+                on[axis] &= dr.abs(si.p[axis]) > self.half_mm[axis] - BULGE_MM
+        following = mi.UInt32(0)
+        for bit, met in zip(BITS, on, strict=True):
+            following = dr.select(met & ((asked & bit) == 0) & reflected, asked | bit, following)
+        crossed = on_lens & ((asked & BITS[-1]) == 0) & ~reflected
+        following = dr.select(crossed, mi.UInt32(CROSSED), following)
+        return dr.select(asked & ASKED == ASKED, following, 0)
 
 
 @dataclass(slots=True, kw_only=True)
@@ -205,7 +361,7 @@ class SentOn:
 
 def send_on(
     coating: Coating | None, scene: Any, si: Any, segment: Segment, face: Met, constants: Constants,
-    samples: tuple[Any, Any], sampler: Any, active: Any,
+    samples: tuple[Any, Any], sampler: Any, straight: Any, active: Any,
 ) -> SentOn:  # fmt: skip
     """Camera paths that go on from paint; a bare face takes no random number.
 
@@ -218,12 +374,19 @@ def send_on(
         constants: Of the media.
         samples: Uniform, mi.Float and mi.Point2f, for the direction.
         sampler: Of random numbers for the lights.
+        straight: Which paths come straight from the camera.
         active: Which paths count.
     """
     if coating is None:
         return SentOn(local=mi.Vector3f(0, 0, 1), share=mi.Float(1), lit=mi.Color3f(0), asks=mi.Bool(False))
     painted = active & face.painted
     within = painted & ~segment.entering
+    if coating.light is not None:
+        known = coating.light.sent(si, face.color, straight, within)
+        # Facets that mirror sharply are followed, all others are known.
+        local, share, _ = coating.bounce(si, face, mi.Float(-1), samples[1])
+        share = dr.select(within, share * (0 if coating.is_wide else coating.specular), 0)
+        return SentOn(local=local, share=dr.select(painted, share, 1), lit=known, asks=mi.Bool(False))
     place = mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))
     lit = coating.lit(scene, si, face, constants, place, within)
     local, share, on_ground = coating.bounce(si, face, *samples)
@@ -246,11 +409,11 @@ def bounced(coating: Coating | None, si: Any, face: Met, choice: Any, sample: An
     return local, dr.select(face.painted, share, 1)
 
 
-def after_lens(coating: Coating | None, si: Any, asked: Any, leaving: Any) -> Any:
-    """What was asked for the lights after the body's surface: only the first meeting with the lens face is known."""
+def after_surface(coating: Coating | None, si: Any, asked: Any, leaving: Any, reflected: Any) -> Any:
+    """What was asked for the lights after the body's surface: only its first meetings with each mirror are known."""
     if coating is None:
         return mi.UInt32(0)
-    return dr.select((asked == ASKED) & leaving & coating.mirrored(si), mi.UInt32(ONCE_ON), 0)
+    return dr.select(leaving, coating.after(si, asked, reflected), 0)
 
 
 def meet_face(coating: Coating | None, si: Any, segment: Segment, reflectance: Any, sampler: Any, active: Any) -> Met:
@@ -286,6 +449,7 @@ class FaceCoating:
         faces, vertices = elastomer.body.faces, elastomer.body.vertices
         self._is_face = elastomer.is_face[faces].all(1)
         self._faces = faces
+        self._rest_mm = vertices[:, :2]
         self._places = (vertices[:, :2] - origin) / pixel
         self._positions: Any = None
         self._coating: Coating | None = None
@@ -294,6 +458,13 @@ class FaceCoating:
     def of(cls, elastomer: Elastomer, rig: Rig) -> Self | None:
         """Coating of a block on a rig, or None where its face is bare."""
         return cls(elastomer, rig) if elastomer.design.face_is_special else None
+
+    def face(self, body: Any) -> CoatedFace:
+        """The face of the body's mesh as it is now."""
+        return CoatedFace(
+            places_mm=mesh_of(body).vertices, rest_mm=self._rest_mm, facets=self._faces[self._is_face],
+            numbers=np.flatnonzero(self._is_face), triangles=len(self._faces),
+        )  # fmt: skip
 
     def on(self, body: Any, scene: Any) -> Coating:
         """The coating of the body's mesh and the lights of the scene as they are now."""

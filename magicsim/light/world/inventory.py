@@ -16,7 +16,7 @@ from magicsim.light.backend import aligned, mi
 from magicsim.light.cells.cell_faces import CellFaces, cell_faces
 from magicsim.light.cells.cell_topology import CellTopology
 from magicsim.light.flaws.scatterers import HeldScatterers
-from magicsim.light.world.coating import FaceCoating
+from magicsim.light.world.coating import CoatedFace, FaceCoating
 from magicsim.light.world.irradiance import SMOOTHING_MM, IrradianceKernel, irradiance_kernel, widened
 from magicsim.light.world.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT, PLACE
 from magicsim.light.world.outside import Outside
@@ -152,6 +152,10 @@ class Inventory:
             room=room,
             scatterers=self._scatterers.on(self._infill) if self._scatterers is not None else None,
         )
+
+    def coated_face(self) -> CoatedFace | None:
+        """The face under an opaque coat, None where it is bare or partly so."""
+        return self._coating.face(self._body) if self._coating is not None and self._coating.is_opaque else None
 
     def grid(self) -> GridState | None:
         """The cells as they are deformed, or None without a grid."""

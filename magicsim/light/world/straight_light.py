@@ -1,12 +1,16 @@
-"""Light that comes to a place within the body straight from a lamp, by one reflection at the lens face, or through it.
+"""Light that comes to a place within the body from a lamp on a way that needs no search.
+
+The body is a box whose lens face and sides mirror: its lamps shine straight, and by one reflection at most at the lens
+face, at a side along x and at one along y, in any order. What is mirrored is what the place's mirror image sees.
 
 A strip within the body is a rectangle. Points on it that are even in the solid angle that it fills (Ureña, Fajardo and
 King 2013, *An Area-Preserving Parametrization for Spherical Rectangles*) leave an integrand that is smooth and bounded,
-however near the strip is. What the flat lens face mirrors of it is what the place's mirror image sees. To a lamp above
-the lens face a ray is refracted: where it crosses the face follows from Snell's law in the plane of both points.
+however near the strip is. To a lamp above the lens face a ray is refracted: where it crosses the face follows from
+Snell's law in the plane of both points.
 """
 
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -19,13 +23,17 @@ from magicsim.light.world.shapes import lights, mesh_of, shape_named
 
 SHORT_OF_LIGHT = 1 - 1e-4
 """Part of the way to a light on which nothing may stand."""
-BELOW_PLATE_MM = 1e-4
-"""How near to the lens face a hit counts as on it, and a shadow ray goes on from it [mm]."""
+OFF_MM = 1e-4
+"""How near to the lens face a hit counts as on it [mm]."""
+CLEAR_MM = 0.02
+"""How far off a mirror nothing is looked for [mm]: sides bulge by less where something presses."""
 NEWTON_STEPS = 6
 """To where a ray crosses the lens face: exact to single precision from the paraxial guess."""
 ALONG, ACROSS = 8, 4
 """Gauss points along and across a strip."""
 LEAST = 1e-9
+LENS, SIDES = (0, 1), (0, -1, 1)
+"""Mirrors at which a way may turn: none or the lens face; none or one of two sides."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -43,17 +51,18 @@ class Arriving:
         """Whether nothing stands in its way, mi.Bool."""
         clear = active & (dr.max(self.light) > 0)
         for ray, length in self.legs:
-            tested = mi.Ray3f(ray)
+            tested, there = mi.Ray3f(ray), length > 0
             tested.maxt = length * SHORT_OF_LIGHT
-            clear &= ~scene.ray_test(tested, clear)
+            clear &= ~(scene.ray_test(tested, clear & there) & there)
         return clear
 
 
 @dataclass(slots=True, kw_only=True)
-class Plate:
-    """The flat lens face over the body, and what is on the way to it; on the renderer's side."""
+class Box:
+    """The body as a box of mirrors, and what is on the way through it; on the renderer's side."""
 
     height_mm: Any
+    """Height of the flat lens face [mm]."""
     half_mm: tuple[Any, Any]
     """Half of its size along x and y [mm]."""
     constants: Constants
@@ -64,8 +73,62 @@ class Plate:
         _, stretch = scattering_stretch(ray, length, self.constants.top_mm)
         return dr.exp(-body.sigma_t * stretch - body.sigma_a * (length - stretch))
 
+    def image(self, place: Any, turns: Any) -> Any:
+        """The place as its mirrors show it, mi.Point3f.
+
+        Args:
+            place: Within the box.
+            turns: -1, 0 or 1 along each axis: the mirror, 0 without.
+        """
+        planes = self._planes(turns)
+        return mi.Point3f(*[
+            dr.select(turns[axis] == 0, place[axis], 2 * planes[axis] - place[axis]) for axis in range(3)
+        ])  # fmt: skip
+
+    def _planes(self, turns: Any) -> list[Any]:
+        return [turns[0] * self.half_mm[0], turns[1] * self.half_mm[1], self.height_mm]
+
+    def ways(self, image: Any, direction: Any, distance: Any, turns: Any) -> tuple[Any, list[tuple[Any, Any]]]:
+        """What is left of light on the way from an image, and the legs of that way.
+
+        Args:
+            image: See `image`.
+            direction: From there, a unit vector.
+            distance: To the end of the way [mm].
+            turns: The mirrors.
+
+        Returns:
+            A share, mi.Float, 0 where the way misses a mirror; rays within the box and their lengths [mm].
+        """
+        planes, share = self._planes(turns), mi.Float(1)
+        at, present = [], []
+        for axis in range(3):
+            there = turns[axis] != 0
+            steep = dr.abs(direction[axis])
+            met = (planes[axis] - image[axis]) / dr.mulsign(dr.maximum(steep, LEAST), direction[axis])
+            share *= dr.select(there, mi.fresnel(-steep, self.constants.body_ior)[0], 1)
+            share = dr.select(there & ((met <= 0) | (met >= distance)), 0, share)
+            at.append(dr.select(there, met, 0))
+            present.append(there)
+        low, high = dr.minimum(at[0], at[1]), dr.maximum(at[0], at[1])
+        middle, last = dr.minimum(high, at[2]), dr.maximum(high, at[2])
+        first, middle = dr.minimum(low, middle), dr.maximum(low, middle)
+        stops, legs = [mi.Float(0), first, middle, last, distance], []
+        for begin, end in zip(stops[:-1], stops[1:], strict=True):
+            half = (begin + end) / 2
+            start = dr.select(begin > 0, begin + CLEAR_MM, 0)
+            point, way = image + direction * start, mi.Vector3f(direction)
+            for axis in range(3):
+                before = present[axis] & (half < at[axis])
+                point[axis] = dr.select(before, 2 * planes[axis] - point[axis], point[axis])
+                way[axis] = dr.select(before, -way[axis], way[axis])
+            ray = mi.Ray3f(point, way)
+            share *= self.kept(ray, end - begin)
+            legs.append((ray, end - start - dr.select(end < distance, CLEAR_MM, 0)))
+        return share, legs
+
     def crossing(self, place: Any, point: Any) -> tuple[Any, Any]:
-        """Where light from a point above the face to a place below it crosses it, and distances along the face.
+        """Where light from a point above the lens face to a place below it crosses it.
 
         Returns:
             The crossing, mi.Point3f; its distance along the face from the place, mi.Float [mm].
@@ -85,147 +148,152 @@ class Plate:
 
 
 @dataclass(slots=True, kw_only=True)
-class Strip:
-    """A matt rectangle within the body."""
+class Strips:
+    """Matt rectangles within the body, each on all its ways; one row for each pair."""
 
-    corner: Any
+    corners: Any
     along: Any
     across: Any
-    normal: Any
+    normals: Any
     radiance: Any
-    ways = ("straight", "mirrored")
+    turns: Any
+    """Mirrors of each row, mi.Vector3f."""
+    straight: list[int]
+    """Rows that turn at no side."""
+    rows: int
 
     @classmethod
-    def of(cls, shape: Any, radiance: Any) -> "Strip":
-        """The rectangle of the scene."""
-        matrix = np.array(mi.traverse(shape)["to_world"].matrix, float).reshape(4, 4)
-        u, v, middle = matrix[:3, 0], matrix[:3, 1], matrix[:3, 3]
-        normal = np.cross(u, v) / np.linalg.norm(np.cross(u, v))
-        parts = [
-            mi.Vector3f(*(dr.opaque(mi.Float, float(at)) for at in each))
-            for each in (middle - u - v, 2 * u, 2 * v, normal)
-        ]
-        return cls(corner=parts[0], along=parts[1], across=parts[2], normal=parts[3], radiance=radiance)
+    def of(cls, shapes: list[tuple[Any, Array]]) -> "Strips":
+        """Rectangles of the scene with their radiances."""
+        table, straight = [], []
+        for shape, radiance in shapes:
+            matrix = np.array(mi.traverse(shape)["to_world"].matrix, float).reshape(4, 4)
+            u, v, middle = matrix[:3, 0], matrix[:3, 1], matrix[:3, 3]
+            normal = np.cross(u, v) / np.linalg.norm(np.cross(u, v))
+            for x, y, z in product(SIDES, SIDES, LENS):
+                straight += [len(table)] if x == y == 0 else []
+                table.append([*(middle - u - v), *(2 * u), *(2 * v), *normal, *radiance, x, y, z])
+        found = np.array(table).reshape(-1, 6, 3)
+        parts = [mi.Vector3f(*columns(found[:, part])) for part in (0, 1, 2, 3, 5)]
+        return cls(
+            corners=parts[0], along=parts[1], across=parts[2], normals=parts[3], turns=parts[4],
+            radiance=mi.Color3f(*columns(found[:, 4])), straight=straight, rows=len(table),
+        )  # fmt: skip
 
-    def nodes(self) -> Array:
-        """Points of a quadrature over it and their weights, shape (nodes, 3)."""
-        (u, a), (v, b) = (np.polynomial.legendre.leggauss(count) for count in (ALONG, ACROSS))
+    def nodes(self, along: int = ALONG, across: int = ACROSS) -> Array:
+        """Gauss points over the unit square, and their weights, shape (nodes, 3)."""
+        (u, a), (v, b) = (np.polynomial.legendre.leggauss(count) for count in (along, across))
         places = np.stack(np.meshgrid((u + 1) / 2, (v + 1) / 2, indexing="ij"), -1).reshape(-1, 2)
         return np.column_stack([places, np.outer(a, b).ravel() / 4])
 
-    def arriving(self, way: str, place: Any, sample: Any, plate: Plate) -> Arriving:
+    def arriving(self, row: Any, place: Any, sample: Any, box: Box) -> Arriving:
         """From the point of a sample, an even density in the solid angle.
 
         Args:
-            way: One of `ways`.
+            row: Strip and way, mi.UInt32.
             place: Within the body, mi.Point3f.
             sample: mi.Point2f in the unit square.
-            plate: The lens face.
+            box: The body.
         """
-        seen_from = mi.Point3f(place)
-        if way == "mirrored":
-            seen_from.z = 2 * plate.height_mm - place.z
-        point, angle = rectangle_point(self.corner - mi.Vector3f(seen_from), self.along, self.across, sample)
+        corner, along, across, normal, turns = (
+            dr.gather(mi.Vector3f, each, row)
+            for each in (self.corners, self.along, self.across, self.normals, self.turns)
+        )
+        image = box.image(place, turns)
+        point, angle = rectangle_point(corner - mi.Vector3f(image), along, across, sample)
         distance = dr.norm(point)
         direction = point / distance
-        light = self.radiance * dr.select(dr.dot(direction, self.normal) < 0, angle, 0)
-        if way == "straight":
-            ray = mi.Ray3f(place, direction)
-            return Arriving(direction=direction, light=light * plate.kept(ray, distance), legs=[(ray, distance)])
-        away = mi.Vector3f(direction.x, direction.y, -direction.z)
-        first = (seen_from.z - plate.height_mm) / dr.maximum(away.z, LEAST)
-        rising = mi.Ray3f(place, away)
-        falling = mi.Ray3f(seen_from + direction * (first + BELOW_PLATE_MM), direction)
-        second = distance - first - BELOW_PLATE_MM
-        there = (away.z > 0) & (second > 0)
-        there &= (dr.abs(falling.o.x) < plate.half_mm[0]) & (dr.abs(falling.o.y) < plate.half_mm[1])
-        share = mi.fresnel(-dr.abs(direction.z), plate.constants.body_ior)[0]
-        share *= plate.kept(rising, first) * plate.kept(falling, second)
-        return Arriving(
-            direction=away, light=light * dr.select(there, share, 0), legs=[(rising, first), (falling, second)]
-        )
+        share, legs = box.ways(image, direction, distance, turns)
+        share *= dr.select(dr.dot(direction, normal) < 0, angle, 0)
+        back = mi.Vector3f(*[dr.select(turns[k] == 0, direction[k], -direction[k]) for k in range(3)])
+        return Arriving(direction=back, light=dr.gather(mi.Color3f, self.radiance, row) * share, legs=legs)
 
 
 @dataclass(slots=True, kw_only=True)
-class Lamp:
-    """A lamp above the lens face: triangles, each of which counts as a point where it is not sampled."""
+class Lamps:
+    """Lamps above the lens face, in triangles; one row for each pair of sides that may mirror."""
 
-    points: Any
-    """Middle of each triangle, mi.Point3f [mm]."""
     corners: list[Any]
-    """The corners of each, mi.Point3f [mm]."""
+    """The corners of each triangle, mi.Point3f [mm]."""
     normals: Any
     areas: Any
     """Of each [mm2]."""
-    exponent: float
+    exponents: Any
     """Of the cosine that the intensity falls with."""
     radiance: Any
-    ways = ("refracted",)
+    count: int
+    """Of triangles."""
+    turns: Any
+    """Mirrors of each row, mi.Vector3f."""
+    straight: list[int]
+    rows: int
 
     @classmethod
-    def of(cls, shape: Any, radiance: Any, exponent: float) -> "Lamp":
-        """The lamp of the scene."""
-        mesh = mesh_of(shape)
-        corners = mesh.vertices[mesh.faces]
-        cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    def of(cls, shapes: list[tuple[Any, Array]]) -> "Lamps":
+        """Meshes of the scene with their radiances."""
+        corners, exponents, radiance = [], [], []
+        for shape, bright in shapes:
+            mesh, emitter = mesh_of(shape), shape.emitter()
+            corners.append(mesh.vertices[mesh.faces])
+            exponents += [float(emitter.exponent) if isinstance(emitter, LobeLight) else 1.0] * len(mesh.faces)
+            radiance.append(np.repeat(bright[None], len(mesh.faces), 0))
+        places = np.concatenate(corners)
+        cross = np.cross(places[:, 1] - places[:, 0], places[:, 2] - places[:, 0])
         double = np.linalg.norm(cross, axis=1)
+        turns = np.array([[x, y, 0.0] for x, y in product(SIDES, SIDES)])
         return cls(
-            points=mi.Point3f(*columns(corners.mean(1))), corners=[mi.Point3f(*columns(each)) for each in corners.swapaxes(0, 1)],
+            corners=[mi.Point3f(*columns(each)) for each in places.swapaxes(0, 1)],
             normals=mi.Vector3f(*columns(cross / double[:, None])), areas=mi.Float(aligned(double / 2, np.float32)),
-            exponent=exponent, radiance=radiance,
+            exponents=mi.Float(aligned(np.array(exponents), np.float32)), count=len(places), rows=len(turns),
+            radiance=mi.Color3f(*columns(np.concatenate(radiance))), turns=mi.Vector3f(*columns(turns)), straight=[0],
         )  # fmt: skip
 
     def nodes(self) -> Array:
-        """One for each triangle: its number and 1, shape (nodes, 3)."""
-        count = dr.width(self.areas)
-        return np.column_stack([(np.arange(count) + 0.5) / count, np.full(count, -1.0), np.full(count, 1 / count)])
+        """The middle of each triangle, and its weight, shape (nodes, 3)."""
+        places = (np.arange(self.count) + 1 / 3) / self.count
+        return np.column_stack([places, np.full(self.count, 1 / 3), np.full(self.count, 1 / self.count)])
 
-    def arriving(self, way: str, place: Any, sample: Any, plate: Plate) -> Arriving:
-        """From a point of the triangle that the sample's first part tells, the density even over the triangles.
+    def arriving(self, row: Any, place: Any, sample: Any, box: Box) -> Arriving:
+        """From a point of the triangle that the sample's first part tells, all triangles alike.
 
         Args:
-            way: One of `ways`.
+            row: The way, mi.UInt32.
             place: Within the body, mi.Point3f.
-            sample: mi.Point2f in the unit square; where the second is negative, the middle of the triangle.
-            plate: The lens face.
+            sample: mi.Point2f in the unit square.
+            box: The body.
         """
-        del way
-        count = dr.width(self.areas)
-        triangle = dr.minimum(mi.UInt32(sample.x * count), count - 1)
-        middle = dr.gather(mi.Point3f, self.points, triangle)
+        turns = dr.gather(mi.Vector3f, self.turns, row)
+        triangle = dr.minimum(mi.UInt32(sample.x * self.count), self.count - 1)
         a, b, c = (dr.gather(mi.Point3f, each, triangle) for each in self.corners)
         # Uniform over a triangle: the square folded along its diagonal.
-        right, up = sample.x * count - mi.Float(triangle), dr.maximum(sample.y, 0)
+        right, up = sample.x * self.count - mi.Float(triangle), sample.y
         folded = right + up > 1
         right, up = dr.select(folded, 1 - right, right), dr.select(folded, 1 - up, up)
-        point = dr.select(sample.y < 0, middle, a + right * (b - a) + up * (c - a))
+        point = a + right * (b - a) + up * (c - a)
         normal, area = dr.gather(mi.Vector3f, self.normals, triangle), dr.gather(mi.Float, self.areas, triangle)
-        crossing, at = plate.crossing(place, point)
-        inner, outer = crossing - place, point - crossing
-        first, second = dr.norm(inner), dr.norm(outer)
-        inside, outside = inner / dr.maximum(first, LEAST), outer / dr.maximum(second, LEAST)
-        reach = dr.norm(mi.Vector2f(point.x - place.x, point.y - place.y))
-        ior = plate.constants.body_ior
-        below, above = plate.height_mm - place.z, point.z - plate.height_mm
-        # Solid angle within the body for each area of the plane of the point.
+        image = box.image(place, turns)
+        crossing, at = box.crossing(image, point)
+        first, second = dr.norm(crossing - image), dr.norm(point - crossing)
+        inside, outside = (crossing - image) / first, (point - crossing) / dr.maximum(second, LEAST)
+        reach, ior = dr.norm(mi.Vector2f(point.x - image.x, point.y - image.y)), box.constants.body_ior
+        below, above = box.height_mm - image.z, point.z - box.height_mm
+        # Solid angle within the body for each area of the level plane of the point.
         spread = below / dr.square(inside.z) + above / dr.square(outside.z) * ior * inside.z / outside.z
-        turn = dr.select(reach > 1e-3, at / dr.maximum(reach, LEAST), below / (below + ior * above))
-        angle = turn / (first * spread)
+        turn = dr.select(reach > 1e-3, at / dr.maximum(reach, LEAST), below / (below + ior * above))  # noqa: PLR2004
         facing = -dr.dot(outside, normal)
-        flat = area * count * dr.maximum(facing, 0) / outside.z
         there = (above > 0) & (facing > 0)
-        there &= (dr.abs(crossing.x) < plate.half_mm[0]) & (dr.abs(crossing.y) < plate.half_mm[1])
-        ray = mi.Ray3f(place, inside)
-        share = (1 - mi.fresnel(-inside.z, ior)[0]) * dr.square(ior) * plate.kept(ray, first)
-        share *= angle * flat * dr.power(dr.maximum(facing, 0), self.exponent - 1)
-        beyond = mi.Ray3f(crossing + outside * BELOW_PLATE_MM, outside)
-        return Arriving(
-            direction=inside, light=self.radiance * dr.select(there, share, 0),
-            legs=[(ray, first), (beyond, second - BELOW_PLATE_MM)],
-        )  # fmt: skip
+        there &= (dr.abs(crossing.x) < box.half_mm[0]) & (dr.abs(crossing.y) < box.half_mm[1])
+        share, legs = box.ways(image, inside, first, turns)
+        share *= (1 - mi.fresnel(-inside.z, ior)[0]) * dr.square(ior) * turn / (first * spread)
+        exponent = dr.gather(mi.Float, self.exponents, triangle)
+        share *= area * self.count * dr.power(dr.maximum(facing, LEAST), exponent) / outside.z
+        beyond = mi.Ray3f(crossing + outside * CLEAR_MM, outside)
+        back = mi.Vector3f(*[dr.select(turns[k] == 0, inside[k], -inside[k]) for k in range(3)])
+        light = dr.gather(mi.Color3f, self.radiance, triangle) * dr.select(there, share, 0)
+        return Arriving(direction=back, light=light, legs=[*legs, (beyond, second - CLEAR_MM)])
 
 
-def straight_lights(scene: Any, inside: tuple[str, ...], above_mm: float) -> list[Strip | Lamp]:
+def straight_lights(scene: Any, inside: tuple[str, ...], above_mm: float) -> list[Strips | Lamps]:
     """Lights that are asked for by themselves: the strips within the body, and what stands above the lens face.
 
     Args:
@@ -233,20 +301,17 @@ def straight_lights(scene: Any, inside: tuple[str, ...], above_mm: float) -> lis
         inside: Names of the strips within the body.
         above_mm: Height of the lens face [mm].
     """
-    found: list[Strip | Lamp] = []
+    strips, lamps = [], []
     for name in lights(scene):
         shape = shape_named(scene, name)
-        if shape is None:
-            continue
-        emitter = shape.emitter()
-        value = np.broadcast_to(np.array(mi.traverse(emitter)["radiance.value"], float).ravel(), 3).tolist()
-        radiance = mi.Color3f(*(dr.opaque(mi.Float, channel) for channel in value))
-        if name in inside:
-            found.append(Strip.of(shape, radiance))
-        elif shape.is_mesh() and shape.bbox().max.z > above_mm:
-            exponent = emitter.exponent if isinstance(emitter, LobeLight) else 1.0
-            found.append(Lamp.of(shape, radiance, float(exponent)))
-    return found
+        if shape is not None:
+            value = np.array(mi.traverse(shape.emitter())["radiance.value"], float).ravel()
+            radiance = np.broadcast_to(value, 3)
+            if name in inside:
+                strips.append((shape, radiance))
+            elif shape.is_mesh() and shape.bbox().max.z > above_mm:
+                lamps.append((shape, radiance))
+    return [*([Strips.of(strips)] if strips else []), *([Lamps.of(lamps)] if lamps else [])]
 
 
 def rectangle_point(corner: Any, along: Any, across: Any, sample: Any) -> tuple[Any, Any]:

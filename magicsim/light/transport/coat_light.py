@@ -1,0 +1,357 @@
+"""Light on an opaque coat, and in a body that scatters under it: integrated, not found by chance.
+
+What the camera sees of a coat is smooth, and paths find its lamps rarely. So light is known at knots, about a
+millimetre apart on the coat, and in layers between it and the lens where the body scatters: for each, what comes from
+the lamps on ways that need no search (`straight_light`), and what else is seen in a thousand fixed directions, by rays
+that end where they meet the coat. Those take the light of the round before; a few rounds are all orders of reflection.
+At the corners of each facet the straight light is then integrated over the facet's own hemisphere, with shadows as they
+are at its vertices; the rest is taken from the knots around, and all of it is linear between the corners.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import correlate1d
+from scipy.spatial import cKDTree
+
+from magicsim.arrays import Array, Index
+from magicsim.light.backend import aligned, columns, dr, mi
+from magicsim.light.transport.path_starts import ObjectStarts
+from magicsim.light.world.coating import (
+    AROUND,
+    COEFFICIENTS,
+    UPWARDS,
+    CoatedFace,
+    CoatLight,
+    Coating,
+    affine_maps,
+    outward_bins,
+)
+from magicsim.light.world.straight_light import Box, Lamps, Strips
+
+KNOT_MM, CLOUDY_KNOT_MM = 1.0, 1.5
+"""Distance of knots on the coat, and where the body scatters, so that light is smoother [mm]."""
+RIM_MM = 0.5
+"""How far knots stay from the rim, beside which the strips are [mm]."""
+LIFT_MM = 0.01
+"""How far within the body knots and vertices look around from [mm]."""
+DIRECTIONS, FEWER = 4096, 512
+"""Directions of the last round, and of those before it."""
+CLOUDY_PART = 4
+"""The same where the body scatters are fewer by this factor: there are knots in it too."""
+ROUNDS = 4
+"""A coat of reflectance 0.6 sends back a third of what it sends out; what is left after so many is below 0.2 %."""
+FINE = (8, 8)
+"""Points along and across a strip that are looked at from a knot; in each direction, two of them are taken as one."""
+SHADOW = (6, 6)
+"""The same from a vertex, which tells shadows alone."""
+NEIGHBOURS = (0.25, 0.5, 0.25)
+"""Shares of neighbouring knots in what is seen from one."""
+LAYERS = 5
+"""Layers of knots in a body that scatters."""
+SHADOW_STEPS = 2
+"""How often shadows and light of vertices are averaged with their neighbours'."""
+
+
+@dataclass(slots=True, kw_only=True)
+class Seen:
+    """Radiance times solid angle in as many directions from each place; on the renderer's side."""
+
+    directions: Any
+    light: Any
+    each: int
+    """Directions of a place."""
+
+
+def directions(count: int) -> Array:
+    """Directions even over the sphere, on Fibonacci's spiral, shape (count, 3)."""
+    place = np.arange(count) + 0.5
+    z, angle = 1 - 2 * place / count, np.pi * (1 + np.sqrt(5)) * place
+    return np.column_stack([np.sqrt(1 - z**2) * np.cos(angle), np.sqrt(1 - z**2) * np.sin(angle), z])
+
+
+@dataclass(slots=True, kw_only=True)
+class Knots:
+    """A grid over the undeformed face."""
+
+    low: Array
+    step: Array
+    counts: tuple[int, int]
+    vertex: Index
+    """The vertex of the face next to each knot, x fastest."""
+
+    @classmethod
+    def over(cls, face: CoatedFace, step_mm: float) -> "Knots":
+        """Knots so far apart."""
+        places = face.rest_mm[face.vertices]
+        low, high = places.min(0) + RIM_MM, places.max(0) - RIM_MM
+        counts = np.maximum(2, np.round((high - low) / step_mm).astype(int) + 1)
+        axes = [np.linspace(low[k], high[k], counts[k]) for k in range(2)]
+        grid = np.stack(np.meshgrid(*axes), -1).reshape(-1, 2)
+        nearest = cKDTree(places).query(grid)[1]
+        return cls(low=low, step=(high - low) / (counts - 1), counts=(int(counts[0]), int(counts[1])), vertex=nearest)
+
+    def around(self, places: Array) -> tuple[Array, Array]:
+        """Knots around places and their shares, bilinear, both of shape (places, 4)."""
+        at = np.clip((places - self.low) / self.step, 0, np.array(self.counts) - 1 - 1e-6)
+        first = at.astype(int)
+        part = at - first
+        knots = [first[:, 0] + dx + self.counts[0] * (first[:, 1] + dy) for dy in (0, 1) for dx in (0, 1)]
+        shares = [
+            np.abs(1 - dx - part[:, 0]) * np.abs(1 - dy - part[:, 1]) for dy in (0, 1) for dx in (0, 1)
+        ]
+        return np.stack(knots, 1), np.stack(shares, 1)
+
+
+@dr.syntax  # type: ignore[untyped-decorator]
+def _sent_on(coating: Coating, seen: Seen, normal: Any, view: Any, knots: list[Any], shares: list[Any]) -> Any:
+    """What a ground of reflectance 1 and facets send on of what is seen, two of mi.Color3f."""
+    number = mi.UInt32(0)
+    each = dr.opaque(mi.UInt32, seen.each)
+    ground, mirrored = mi.Color3f(0), mi.Color3f(0)
+    while number < each:
+        for knot, part in zip(knots, shares, strict=True):
+            place = knot * each + number
+            direction = dr.gather(mi.Vector3f, seen.directions, place)
+            light = dr.gather(mi.Color3f, seen.light, place) * part
+            flat, bright = coating.shares(direction, view, normal)
+            ground += light * flat
+            mirrored += light * bright
+        number += 1
+    return ground, mirrored
+
+
+@dr.syntax  # type: ignore[untyped-decorator]
+def _integrated(
+    coating: Coating, box: Box, lights: Strips | Lamps, place: Any, normal: Any, view: Any, row: Any, nodes: list[Any]
+) -> Any:
+    """What a ground of reflectance 1 and facets send on of one row of lights, nothing standing in its way."""
+    number, count = mi.UInt32(0), dr.opaque(mi.UInt32, dr.width(nodes[0]))
+    ground, mirrored = mi.Color3f(0), mi.Color3f(0)
+    while number < count:
+        sample = mi.Point2f(dr.gather(mi.Float, nodes[0], number), dr.gather(mi.Float, nodes[1], number))
+        arriving = lights.arriving(row, place, sample, box)
+        light = arriving.light * dr.gather(mi.Float, nodes[2], number)
+        flat, bright = coating.shares(arriving.direction, view, normal)
+        ground += light * flat
+        mirrored += light * bright
+        number += 1
+    return ground, mirrored
+
+
+@dataclass(slots=True, kw_only=True)
+class CoatSolver:
+    """What is to be known of a state of a sensor to find its coat's light."""
+
+    scene: Any
+    coating: Coating
+    face: CoatedFace
+    box: Box
+    pinhole_mm: Array
+    trace: Callable[[ObjectStarts, CoatLight, Array | None], Any]
+    """What rays from within the body meet, mi.Color3f, by their starts, the coat's light and the voxels' fluence."""
+    voxels_mm: Array | None
+    """Centres of the voxels of a body that scatters, shape (voxels, 3) [mm]; None where it is clear."""
+
+    def solved(self) -> tuple[CoatLight, Array | None]:
+        """Light of the coat, and the fluence of each voxel, shape (voxels, 3), None where all is clear."""
+        cloudy = self.voxels_mm is not None
+        knots = Knots.over(self.face, CLOUDY_KNOT_MM if cloudy else KNOT_MM)
+        vertices = self.face.vertices
+        normals = self.face.vertex_normals()
+        places = self.face.places_mm[vertices]
+        at_knots, turned = places[knots.vertex], normals[knots.vertex]
+        at_knots = at_knots + LIFT_MM * turned
+        layers = self._layers(at_knots) if self.voxels_mm is not None else np.zeros((0, 3))
+        points = np.concatenate([at_knots, layers])
+        straight, most = self._straight(points, only_sides=False), len(at_knots)
+        beside = self._straight(at_knots, only_sides=True)
+        around, shares = knots.around(self.face.rest_mm[vertices])
+        here = np.arange(most)[:, None], np.ones((most, 1))
+        views = self._views(at_knots)
+        corner_knots = np.column_stack(
+            [(self.face.rest_mm[vertices] - knots.low) / knots.step, np.zeros((len(vertices), 0))]
+        )
+        first = self._received(straight, turned, views, *here)
+        outward = outward_bins()
+        lobes = self._outward(straight, turned, outward) if self.coating.is_wide else None
+        glow0 = self._fluence(straight)[most:] if self.voxels_mm is not None else None
+        found, bright, glow, rest = first[0], lobes, glow0, None
+        for number in range(ROUNDS):
+            count = (DIRECTIONS if number == ROUNDS - 1 else FEWER) // (CLOUDY_PART if cloudy else 1)
+            on_vertices = (shares[:, :, None] * found[around]).sum(1)
+            light = self._known(on_vertices, np.zeros_like(on_vertices), corner_knots, bright, knots, shown=False)
+            rest = self._looked(points, count, light, self._in_voxels(glow, knots, at_knots), knots.counts)
+            added = self._received(rest, turned, views, *here)
+            found = first[0] + added[0]
+            if lobes is not None:
+                bright = lobes + self._outward(rest, turned, outward)
+            if glow0 is not None:
+                glow = glow0 + self._fluence(rest)[most:]
+        assert rest is not None
+        views = self._views(places)
+        on_vertices = [
+            a + b
+            for a, b in zip(
+                self._received(rest, normals, views, around, shares),
+                self._received(beside, normals, views, around, shares),
+                strict=True,
+            )
+        ]
+        corners = self._at_corners(places, normals, views)
+        values = [each[self.face.local] + own for each, own in zip(on_vertices, corners, strict=True)]
+        maps = self.face.maps(np.concatenate([*values, corner_knots[self.face.local]], -1))
+        light = CoatLight.of(maps, bright, knots.counts, shown=True)
+        return light, self._in_voxels(glow, knots, at_knots)
+
+    def _layers(self, on_coat: Array) -> Array:
+        top = float(np.array(self.box.constants.top_mm)[0])
+        parts = (np.arange(LAYERS) + 0.5) / LAYERS
+        levels = [np.column_stack([on_coat[:, :2], on_coat[:, 2] + part * (top - on_coat[:, 2])]) for part in parts]
+        return np.concatenate(levels)
+
+    def _in_voxels(self, glow: Array | None, knots: Knots, on_coat: Array) -> Array | None:
+        """Fluence of the voxels from that at the knots of all layers, linear between them."""
+        if glow is None or self.voxels_mm is None:
+            return None
+        around, shares = knots.around(self.voxels_mm[:, :2])
+        low = (shares * on_coat[around, 2]).sum(1)
+        top = float(np.array(self.box.constants.top_mm)[0])
+        level = np.clip((self.voxels_mm[:, 2] - low) / (top - low) * LAYERS - 0.5, -0.5, LAYERS - 0.5)
+        first = np.clip(np.floor(level).astype(int), 0, LAYERS - 2)
+        part = (level - first)[:, None]
+        levels = glow.reshape(LAYERS, -1, 3)
+        values = [(shares[:, :, None] * levels[(first + up)[:, None], around]).sum(1) for up in (0, 1)]
+        return np.asarray(np.maximum((1 - part) * values[0] + part * values[1], 0))
+
+    def _views(self, places: Array) -> Any:
+        """Directions to the camera, refracted at the lens face."""
+        place = mi.Point3f(*columns(places))
+        crossing, _ = self.box.crossing(place, mi.Point3f(*self.pinhole_mm.tolist()))
+        return dr.normalize(mi.Vector3f(crossing - place))
+
+    def _straight(self, points: Array, *, only_sides: bool) -> Seen:
+        """Light of the lamps at knots, shadows and all."""
+        parts_d, parts_l = [], []
+        for lights in self.coating.lights:
+            fine = lights.nodes(*FINE) if isinstance(lights, Strips) else lights.nodes()
+            rows = [row for row in range(lights.rows) if not only_sides or row not in lights.straight]
+            for row in rows:
+                count, nodes = len(points), len(fine)
+                lane = dr.arange(mi.UInt32, count * nodes)
+                place = dr.gather(mi.Point3f, mi.Point3f(*columns(points)), lane // nodes)
+                sample = mi.Point2f(*[dr.gather(mi.Float, mi.Float(aligned(fine[:, k], np.float32)), lane % nodes) for k in (0, 1)])
+                weight = dr.gather(mi.Float, mi.Float(aligned(fine[:, 2], np.float32)), lane % nodes)
+                arriving = lights.arriving(mi.UInt32(row), place, sample, self.box)
+                seen = dr.select(arriving.unblocked(self.scene, mi.Bool(True)), arriving.light * weight, 0)
+                light = np.array(seen).T.reshape(count, nodes, 3)
+                if not light.any():
+                    continue
+                way = np.array(arriving.direction).T.reshape(count, nodes, 3)
+                if isinstance(lights, Strips):
+                    light, way = _merged(light, way)
+                parts_d.append(way)
+                parts_l.append(light)
+        if not parts_l:
+            parts_d, parts_l = [np.zeros((len(points), 1, 3)) + [0, 0, 1.0]], [np.zeros((len(points), 1, 3))]
+        return _seen(np.concatenate(parts_d, 1), np.concatenate(parts_l, 1))
+
+    def _looked(self, points: Array, count: int, light: CoatLight, glow: Array | None, counts: tuple[int, int]) -> Seen:
+        """What is seen besides in fixed directions."""
+        ways = directions(count)
+        places, towards = np.repeat(points, count, 0), np.tile(ways, (len(points), 1))
+        rays = mi.Ray3f(mi.Point3f(*columns(places)), mi.Vector3f(*columns(towards)))
+        numbers = dr.arange(mi.UInt32, len(places))
+        dr.eval(numbers, rays)
+        starts = replace(ObjectStarts.of(numbers, rays, mi.Float(1), mi.Bool(True)), asked=1)
+        seen = self.trace(starts, light, glow)
+        found = np.array(seen).T.reshape(-1, counts[1], counts[0], count, 3) * (4 * np.pi / count)
+        # What chance is left in it is not that of the neighbours, and what is seen hardly changes between them.
+        found = correlate1d(correlate1d(found, NEIGHBOURS, 1, mode="nearest"), NEIGHBOURS, 2, mode="nearest")
+        found = found.reshape(len(points), count, 3)
+        return _seen(np.broadcast_to(ways, found.shape), found)
+
+    def _received(self, seen: Seen, normals: Array, views: Any, knots: Array, shares: Array) -> list[Array]:
+        lists = [mi.UInt32(aligned(each, np.uint32)) for each in knots.T], [
+            mi.Float(aligned(each, np.float32)) for each in shares.T
+        ]
+        ground, mirrored = _sent_on(self.coating, seen, mi.Vector3f(*columns(normals)), views, *lists)
+        return [np.array(each, np.float64).T for each in (ground, mirrored)]
+
+    def _outward(self, seen: Seen, normals: Array, outward: Array) -> Array:
+        """What facets at knots send out in some directions, shape (knots, directions, 3)."""
+        count = len(normals)
+        knots, shares = np.repeat(np.arange(count), len(outward))[:, None], np.ones((count * len(outward), 1))
+        views = mi.Vector3f(*columns(np.tile(outward, (count, 1))))
+        found = self._received(seen, np.repeat(normals, len(outward), 0), views, knots, shares)
+        return found[1].reshape(count, len(outward), 3)
+
+    def _fluence(self, seen: Seen) -> Array:
+        light = np.array(seen.light).T.reshape(-1, seen.each, 3)
+        return np.asarray(light.sum(1))
+
+    def _known(self, ground: Array, mirrored: Array, knots_at: Array, bright: Array | None, knots: Knots, *, shown: bool) -> CoatLight:
+        local = self.face.local
+        maps = self.face.maps(np.concatenate([ground[local], mirrored[local], knots_at[local]], -1))
+        return CoatLight.of(maps, bright, knots.counts, shown=shown)
+
+    def _at_corners(self, places: Array, normals: Array, views: Any) -> list[Array]:
+        """Straight light at the corners of all facets, two of shape (facets, 3, 3)."""
+        face, totals = self.face, [np.zeros((len(self.face.local), 3, 3)) for _ in range(2)]
+        corner = np.repeat(face.facet_normals(), 3, 0)
+        index = face.local.ravel()
+        place = mi.Point3f(*columns(places[index] + LIFT_MM * corner))
+        view = dr.gather(mi.Vector3f, views, mi.UInt32(aligned(index, np.uint32)))
+        for lights in self.coating.lights:
+            nodes = [mi.Float(aligned(each, np.float32)) for each in lights.nodes().T]
+            for row in lights.straight:
+                clear = self._clear(lights, row, places + LIFT_MM * normals, normals)
+                found = _integrated(
+                    self.coating, self.box, lights, place, mi.Vector3f(*columns(corner)), view,
+                    dr.opaque(mi.UInt32, row), nodes,
+                )  # fmt: skip
+                for total, each in zip(totals, found, strict=True):
+                    total += np.array(each, np.float64).T.reshape(-1, 3, 3) * clear[face.local][:, :, None]
+        return totals
+
+    def _clear(self, lights: Strips | Lamps, row: int, places: Array, normals: Array) -> Array:
+        """Share of the light of one row that nothing keeps from vertices, shape (vertices,)."""
+        if isinstance(lights, Strips):
+            count, (along, across) = len(places), SHADOW
+            nodes, shape = along * across, SHADOW
+        else:
+            count, nodes = len(places), min(lights.count, SHADOW[0] * SHADOW[1])
+            shape = (nodes, 1)
+        lane = dr.arange(mi.UInt32, count * nodes)
+        numbers = mi.PCG32(size=count * nodes)
+        node = lane % nodes
+        sample = mi.Point2f(
+            (mi.Float(node // shape[1]) + numbers.next_float32()) / shape[0],
+            (mi.Float(node % shape[1]) + numbers.next_float32()) / shape[1],
+        )
+        place, normal = (dr.gather(kind, kind(*columns(each)), lane // nodes) for kind, each in ((mi.Point3f, places), (mi.Vector3f, normals)))
+        arriving = lights.arriving(mi.UInt32(row), place, sample, self.box)
+        weight = dr.max(arriving.light) * dr.maximum(dr.dot(arriving.direction, normal), 0)
+        seen = dr.select(arriving.unblocked(self.scene, weight > 0), weight, 0)
+        both = [np.array(each, np.float64).reshape(count, nodes).sum(1) for each in (seen, weight)]
+        smooth = self.face.averaged(np.stack(both, 1), SHADOW_STEPS)
+        return np.divide(smooth[:, 0], smooth[:, 1], out=np.ones(count), where=smooth[:, 1] > 0)
+
+
+def _seen(ways: Array, light: Array) -> Seen:
+    each = light.shape[1]
+    return Seen(
+        directions=mi.Vector3f(*columns(ways.reshape(-1, 3))), light=mi.Color3f(*columns(light.reshape(-1, 3))), each=each
+    )
+
+
+def _merged(light: Array, ways: Array) -> tuple[Array, Array]:
+    """Pairs of points along and across a strip taken as one, in the mean direction of their light."""
+    places, nodes = light.shape[:2]
+    shape = (places, FINE[0] // 2, 2, FINE[1] // 2, 2, 3)
+    total = light.reshape(shape).sum((2, 4)).reshape(places, nodes // 4, 3)
+    weight = light.sum(-1, keepdims=True) + 1e-12
+    mean = (weight * ways).reshape(shape).sum((2, 4)).reshape(places, nodes // 4, 3)
+    return total, mean / np.maximum(np.linalg.norm(mean, axis=-1, keepdims=True), 1e-30)
