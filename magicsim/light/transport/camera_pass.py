@@ -172,9 +172,7 @@ def gather_radiance(
         waiting_inside[set_aside] = ~through
         waiting_ray[set_aside] = leave(si, si.to_world(back))
         waiting_collisions[set_aside] = collisions
-        waiting_asked[set_aside] = after_surface(
-            coating, si, asked, interface & ~segment.entering, mi.Bool(True)
-        )
+        waiting_asked[set_aside] = after_surface(coating, si, asked, interface & ~segment.entering, mi.Bool(True))
         waiting |= set_aside
         weight[dielectric] *= branch
 

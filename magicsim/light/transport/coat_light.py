@@ -10,49 +10,45 @@ are at its vertices; the rest is taken from the knots around, and all of it is l
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.interpolate import make_interp_spline
 from scipy.ndimage import correlate1d
 from scipy.spatial import cKDTree
 
 from magicsim.arrays import Array, Index
 from magicsim.light.backend import aligned, columns, dr, mi
 from magicsim.light.transport.path_starts import ObjectStarts
-from magicsim.light.world.coating import (
-    AROUND,
-    COEFFICIENTS,
-    UPWARDS,
-    CoatedFace,
-    CoatLight,
-    Coating,
-    affine_maps,
-    outward_bins,
-)
+from magicsim.light.world.coating import CoatedFace, Coating, CoatLight, outward_bins
 from magicsim.light.world.straight_light import Box, Lamps, Strips
 
-KNOT_MM, CLOUDY_KNOT_MM = 1.0, 1.5
-"""Distance of knots on the coat, and where the body scatters, so that light is smoother [mm]."""
+KNOT_MM, WIDE_KNOT_MM = 1.0, 2.0
+"""Distance of the knots that lamps are looked at from, and of those for all else, which comes from farther [mm]."""
 RIM_MM = 0.5
 """How far knots stay from the rim, beside which the strips are [mm]."""
 LIFT_MM = 0.01
 """How far within the body knots and vertices look around from [mm]."""
-DIRECTIONS, FEWER = 4096, 512
-"""Directions of the last round, and of those before it."""
-CLOUDY_PART = 4
-"""The same where the body scatters are fewer by this factor: there are knots in it too."""
+DIRECTIONS, FEWER = 16384, 2048
+"""Directions that are looked in from a knot in the last round, and in those before it."""
+CLOUDY_PART = 16
+"""The same where the body scatters are fewer by this factor: there are knots in it too, and nothing has an edge."""
+KEPT = 1024
+"""Directions that are kept of them, each with the light of those around it."""
 ROUNDS = 4
 """A coat of reflectance 0.6 sends back a third of what it sends out; what is left after so many is below 0.2 %."""
 FINE = (8, 8)
 """Points along and across a strip that are looked at from a knot; in each direction, two of them are taken as one."""
 SHADOW = (6, 6)
 """The same from a vertex, which tells shadows alone."""
-NEIGHBOURS = (0.25, 0.5, 0.25)
-"""Shares of neighbouring knots in what is seen from one."""
+NEIGHBOURS = (-1 / 16, 1 / 4, 5 / 8, 1 / 4, -1 / 16)
+"""Shares of neighbouring knots in what is seen from one: chance is halved, and what bends stays."""
 LAYERS = 5
 """Layers of knots in a body that scatters."""
 SHADOW_STEPS = 2
-"""How often shadows and light of vertices are averaged with their neighbours'."""
+"""How often shadows at vertices are averaged with their neighbours'."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -64,12 +60,30 @@ class Seen:
     each: int
     """Directions of a place."""
 
+    @property
+    def fluence(self) -> Array:
+        """Of each place, shape (places, 3)."""
+        return np.asarray(np.array(self.light, np.float64).T.reshape(-1, self.each, 3).sum(1))
+
 
 def directions(count: int) -> Array:
     """Directions even over the sphere, on Fibonacci's spiral, shape (count, 3)."""
     place = np.arange(count) + 0.5
     z, angle = 1 - 2 * place / count, np.pi * (1 + np.sqrt(5)) * place
     return np.column_stack([np.sqrt(1 - z**2) * np.cos(angle), np.sqrt(1 - z**2) * np.sin(angle), z])
+
+
+@cache
+def _thinned(count: int) -> tuple[Array, sp.csr_matrix]:
+    """Directions that are kept of so many, and which of these each stands for, shape (kept, count)."""
+    if count <= KEPT:
+        return directions(count), sp.identity(count, format="csr")
+    fine, kept = directions(count), directions(KEPT)
+    nearest = np.asarray(cKDTree(kept).query(fine)[1], np.int64)
+    rows: Any = (np.ones(count), (nearest, np.arange(count)))
+    taken: Any = sp.csr_matrix(rows, shape=(KEPT, count))
+    mean = taken @ fine
+    return mean / np.linalg.norm(mean, axis=1, keepdims=True), taken
 
 
 @dataclass(slots=True, kw_only=True)
@@ -90,7 +104,7 @@ class Knots:
         counts = np.maximum(2, np.round((high - low) / step_mm).astype(int) + 1)
         axes = [np.linspace(low[k], high[k], counts[k]) for k in range(2)]
         grid = np.stack(np.meshgrid(*axes), -1).reshape(-1, 2)
-        nearest = cKDTree(places).query(grid)[1]
+        nearest = np.asarray(cKDTree(places).query(grid)[1], np.int64)
         return cls(low=low, step=(high - low) / (counts - 1), counts=(int(counts[0]), int(counts[1])), vertex=nearest)
 
     def around(self, places: Array) -> tuple[Array, Array]:
@@ -99,9 +113,7 @@ class Knots:
         first = at.astype(int)
         part = at - first
         knots = [first[:, 0] + dx + self.counts[0] * (first[:, 1] + dy) for dy in (0, 1) for dx in (0, 1)]
-        shares = [
-            np.abs(1 - dx - part[:, 0]) * np.abs(1 - dy - part[:, 1]) for dy in (0, 1) for dx in (0, 1)
-        ]
+        shares = [np.abs(1 - dx - part[:, 0]) * np.abs(1 - dy - part[:, 1]) for dy in (0, 1) for dx in (0, 1)]
         return np.stack(knots, 1), np.stack(shares, 1)
 
 
@@ -157,54 +169,47 @@ class CoatSolver:
 
     def solved(self) -> tuple[CoatLight, Array | None]:
         """Light of the coat, and the fluence of each voxel, shape (voxels, 3), None where all is clear."""
-        cloudy = self.voxels_mm is not None
-        knots = Knots.over(self.face, CLOUDY_KNOT_MM if cloudy else KNOT_MM)
-        vertices = self.face.vertices
-        normals = self.face.vertex_normals()
-        places = self.face.places_mm[vertices]
-        at_knots, turned = places[knots.vertex], normals[knots.vertex]
-        at_knots = at_knots + LIFT_MM * turned
-        layers = self._layers(at_knots) if self.voxels_mm is not None else np.zeros((0, 3))
-        points = np.concatenate([at_knots, layers])
-        straight, most = self._straight(points, only_sides=False), len(at_knots)
-        beside = self._straight(at_knots, only_sides=True)
-        around, shares = knots.around(self.face.rest_mm[vertices])
-        here = np.arange(most)[:, None], np.ones((most, 1))
-        views = self._views(at_knots)
-        corner_knots = np.column_stack(
-            [(self.face.rest_mm[vertices] - knots.low) / knots.step, np.zeros((len(vertices), 0))]
-        )
-        first = self._received(straight, turned, views, *here)
-        outward = outward_bins()
-        lobes = self._outward(straight, turned, outward) if self.coating.is_wide else None
-        glow0 = self._fluence(straight)[most:] if self.voxels_mm is not None else None
-        found, bright, glow, rest = first[0], lobes, glow0, None
-        for number in range(ROUNDS):
-            count = (DIRECTIONS if number == ROUNDS - 1 else FEWER) // (CLOUDY_PART if cloudy else 1)
-            on_vertices = (shares[:, :, None] * found[around]).sum(1)
-            light = self._known(on_vertices, np.zeros_like(on_vertices), corner_knots, bright, knots, shown=False)
-            rest = self._looked(points, count, light, self._in_voxels(glow, knots, at_knots), knots.counts)
-            added = self._received(rest, turned, views, *here)
-            found = first[0] + added[0]
-            if lobes is not None:
-                bright = lobes + self._outward(rest, turned, outward)
-            if glow0 is not None:
-                glow = glow0 + self._fluence(rest)[most:]
-        assert rest is not None
+        face, is_cloudy = self.face, self.voxels_mm is not None
+        places, normals, rest_mm = face.places_mm[face.vertices], face.vertex_normals(), face.rest_mm[face.vertices]
         views = self._views(places)
-        on_vertices = [
-            a + b
-            for a, b in zip(
-                self._received(rest, normals, views, around, shares),
-                self._received(beside, normals, views, around, shares),
-                strict=True,
-            )
-        ]
-        corners = self._at_corners(places, normals, views)
-        values = [each[self.face.local] + own for each, own in zip(on_vertices, corners, strict=True)]
-        maps = self.face.maps(np.concatenate([*values, corner_knots[self.face.local]], -1))
-        light = CoatLight.of(maps, bright, knots.counts, shown=True)
-        return light, self._in_voxels(glow, knots, at_knots)
+        fine, wide = Knots.over(face, KNOT_MM), Knots.over(face, WIDE_KNOT_MM)
+        at_fine, at_wide = (places[each.vertex] + LIFT_MM * normals[each.vertex] for each in (fine, wide))
+        on_fine = fine.around(rest_mm)
+        # What lamps bring to the face, and to the layers.
+        straight = self._at_corners(places, normals, views)
+        lamps = self._straight(at_fine, [each.rows for each in self.coating.lights])
+        sides = self._straight(at_fine, [each.rows - len(each.straight) for each in self.coating.lights])
+        beside = self._received(sides, normals, views, *on_fine)
+        lobes0: Array | None = None
+        glow0: Array | None = None
+        points = at_wide
+        if is_cloudy:
+            layers = self._layers(at_wide)
+            points = np.concatenate([at_wide, layers])
+            glow0 = self._straight(layers, [each.rows for each in self.coating.lights]).fluence
+        own: tuple[Any, Array] = (np.arange(len(at_fine))[:, None], np.ones((len(at_fine), 1)))
+        if self.coating.is_wide:
+            lobes0 = self._outward(lamps, normals[fine.vertex], *own)
+        corners = [(known + more[face.local]) for known, more in zip(straight, beside, strict=True)]
+        index = (rest_mm - fine.low) / fine.step
+        at_knots = index[face.local]
+        lobes: Any = lobes0
+        glow = glow0
+        light = CoatLight.of(face.maps(np.concatenate([*corners, at_knots], -1)), lobes, fine.counts, shown=False)
+        for number in range(ROUNDS):
+            is_last = number == ROUNDS - 1
+            count = (DIRECTIONS if is_last else FEWER) // (CLOUDY_PART if is_cloudy else 1)
+            seen = self._looked(points, count, light, self._in_voxels(glow, wide, at_wide), wide.counts)
+            between = _between(seen, wide, fine)
+            added = self._received(between, normals, views, *on_fine)
+            values = [known + more[face.local] for known, more in zip(corners, added, strict=True)]
+            if lobes0 is not None and not is_last:
+                lobes = lobes0 + self._outward(between, normals[fine.vertex], *own)
+            if glow0 is not None:
+                glow = glow0 + seen.fluence[len(at_wide) :]
+            maps = face.maps(np.concatenate([*values, at_knots], -1))
+            light = CoatLight.of(maps, lobes, fine.counts, shown=is_last)
+        return light, self._in_voxels(glow, wide, at_wide)
 
     def _layers(self, on_coat: Array) -> Array:
         top = float(np.array(self.box.constants.top_mm)[0])
@@ -232,17 +237,25 @@ class CoatSolver:
         crossing, _ = self.box.crossing(place, mi.Point3f(*self.pinhole_mm.tolist()))
         return dr.normalize(mi.Vector3f(crossing - place))
 
-    def _straight(self, points: Array, *, only_sides: bool) -> Seen:
-        """Light of the lamps at knots, shadows and all."""
+    def _straight(self, points: Array, counts: list[int]) -> Seen:
+        """Light of the lamps at places, shadows and all.
+
+        Args:
+            points: Shape (places, 3) [mm].
+            counts: Rows of each kind of lamps, all or those that turn at a side.
+        """
         parts_d, parts_l = [], []
-        for lights in self.coating.lights:
+        for lights, wanted in zip(self.coating.lights, counts, strict=True):
             fine = lights.nodes(*FINE) if isinstance(lights, Strips) else lights.nodes()
-            rows = [row for row in range(lights.rows) if not only_sides or row not in lights.straight]
-            for row in rows:
+            for row in range(lights.rows):
+                if wanted < lights.rows and row in lights.straight:
+                    continue
                 count, nodes = len(points), len(fine)
                 lane = dr.arange(mi.UInt32, count * nodes)
                 place = dr.gather(mi.Point3f, mi.Point3f(*columns(points)), lane // nodes)
-                sample = mi.Point2f(*[dr.gather(mi.Float, mi.Float(aligned(fine[:, k], np.float32)), lane % nodes) for k in (0, 1)])
+                sample = mi.Point2f(
+                    *[dr.gather(mi.Float, mi.Float(aligned(fine[:, k], np.float32)), lane % nodes) for k in (0, 1)]
+                )
                 weight = dr.gather(mi.Float, mi.Float(aligned(fine[:, 2], np.float32)), lane % nodes)
                 arriving = lights.arriving(mi.UInt32(row), place, sample, self.box)
                 seen = dr.select(arriving.unblocked(self.scene, mi.Bool(True)), arriving.light * weight, 0)
@@ -255,7 +268,7 @@ class CoatSolver:
                 parts_d.append(way)
                 parts_l.append(light)
         if not parts_l:
-            parts_d, parts_l = [np.zeros((len(points), 1, 3)) + [0, 0, 1.0]], [np.zeros((len(points), 1, 3))]
+            parts_d, parts_l = [np.ones((len(points), 1, 3))], [np.zeros((len(points), 1, 3))]
         return _seen(np.concatenate(parts_d, 1), np.concatenate(parts_l, 1))
 
     def _looked(self, points: Array, count: int, light: CoatLight, glow: Array | None, counts: tuple[int, int]) -> Seen:
@@ -270,32 +283,27 @@ class CoatSolver:
         found = np.array(seen).T.reshape(-1, counts[1], counts[0], count, 3) * (4 * np.pi / count)
         # What chance is left in it is not that of the neighbours, and what is seen hardly changes between them.
         found = correlate1d(correlate1d(found, NEIGHBOURS, 1, mode="nearest"), NEIGHBOURS, 2, mode="nearest")
-        found = found.reshape(len(points), count, 3)
-        return _seen(np.broadcast_to(ways, found.shape), found)
+        kept, taken = _thinned(count)
+        if len(kept) < count:
+            found = np.moveaxis(found.reshape(len(points), count, 3), 1, 0).reshape(count, -1)
+            found = np.moveaxis((taken @ found).reshape(len(kept), len(points), 3), 0, 1)
+        return _seen(np.broadcast_to(kept, (len(points), *kept.shape)), found.reshape(len(points), len(kept), 3))
 
     def _received(self, seen: Seen, normals: Array, views: Any, knots: Array, shares: Array) -> list[Array]:
-        lists = [mi.UInt32(aligned(each, np.uint32)) for each in knots.T], [
-            mi.Float(aligned(each, np.float32)) for each in shares.T
-        ]
+        lists = (
+            [mi.UInt32(aligned(each, np.uint32)) for each in knots.T],
+            [mi.Float(aligned(each, np.float32)) for each in shares.T],
+        )
         ground, mirrored = _sent_on(self.coating, seen, mi.Vector3f(*columns(normals)), views, *lists)
         return [np.array(each, np.float64).T for each in (ground, mirrored)]
 
-    def _outward(self, seen: Seen, normals: Array, outward: Array) -> Array:
-        """What facets at knots send out in some directions, shape (knots, directions, 3)."""
-        count = len(normals)
-        knots, shares = np.repeat(np.arange(count), len(outward))[:, None], np.ones((count * len(outward), 1))
+    def _outward(self, seen: Seen, normals: Array, knots: Array, shares: Array) -> Array:
+        """What facets at fine knots send out in some directions, shape (knots, directions, 3)."""
+        outward, count = outward_bins(), len(normals)
         views = mi.Vector3f(*columns(np.tile(outward, (count, 1))))
-        found = self._received(seen, np.repeat(normals, len(outward), 0), views, knots, shares)
+        lists = [np.repeat(each, len(outward), 0) for each in (normals, knots, shares)]
+        found = self._received(seen, lists[0], views, *lists[1:])
         return found[1].reshape(count, len(outward), 3)
-
-    def _fluence(self, seen: Seen) -> Array:
-        light = np.array(seen.light).T.reshape(-1, seen.each, 3)
-        return np.asarray(light.sum(1))
-
-    def _known(self, ground: Array, mirrored: Array, knots_at: Array, bright: Array | None, knots: Knots, *, shown: bool) -> CoatLight:
-        local = self.face.local
-        maps = self.face.maps(np.concatenate([ground[local], mirrored[local], knots_at[local]], -1))
-        return CoatLight.of(maps, bright, knots.counts, shown=shown)
 
     def _at_corners(self, places: Array, normals: Array, views: Any) -> list[Array]:
         """Straight light at the corners of all facets, two of shape (facets, 3, 3)."""
@@ -312,8 +320,8 @@ class CoatSolver:
                     self.coating, self.box, lights, place, mi.Vector3f(*columns(corner)), view,
                     dr.opaque(mi.UInt32, row), nodes,
                 )  # fmt: skip
-                for total, each in zip(totals, found, strict=True):
-                    total += np.array(each, np.float64).T.reshape(-1, 3, 3) * clear[face.local][:, :, None]
+                for part, each in enumerate(found):
+                    totals[part] += np.array(each, np.float64).T.reshape(-1, 3, 3) * clear[face.local][:, :, None]
         return totals
 
     def _clear(self, lights: Strips | Lamps, row: int, places: Array, normals: Array) -> Array:
@@ -331,7 +339,10 @@ class CoatSolver:
             (mi.Float(node // shape[1]) + numbers.next_float32()) / shape[0],
             (mi.Float(node % shape[1]) + numbers.next_float32()) / shape[1],
         )
-        place, normal = (dr.gather(kind, kind(*columns(each)), lane // nodes) for kind, each in ((mi.Point3f, places), (mi.Vector3f, normals)))
+        place, normal = (
+            dr.gather(kind, kind(*columns(each)), lane // nodes)
+            for kind, each in ((mi.Point3f, places), (mi.Vector3f, normals))
+        )
         arriving = lights.arriving(mi.UInt32(row), place, sample, self.box)
         weight = dr.max(arriving.light) * dr.maximum(dr.dot(arriving.direction, normal), 0)
         seen = dr.select(arriving.unblocked(self.scene, weight > 0), weight, 0)
@@ -340,10 +351,30 @@ class CoatSolver:
         return np.divide(smooth[:, 0], smooth[:, 1], out=np.ones(count), where=smooth[:, 1] > 0)
 
 
+def _between(seen: Seen, wide: Knots, fine: Knots) -> Seen:
+    """What is seen from fine knots, by cubic splines between wide ones."""
+    (nx, ny), each = wide.counts, seen.each
+    light = np.array(seen.light).T.reshape(-1, each * 3)[: nx * ny].reshape(ny, nx, -1)
+    rows, along = (_spline(wide, fine, axis) for axis in (1, 0))
+    spread = np.einsum("xX,yXc->yxc", along, np.tensordot(rows, light, 1), optimize=True)
+    ways = np.array(seen.directions).T[:each].reshape(1, each, 3)
+    count = fine.counts[0] * fine.counts[1]
+    return _seen(np.broadcast_to(ways, (count, each, 3)), spread.reshape(count, each, 3))
+
+
+def _spline(wide: Knots, fine: Knots, axis: int) -> Array:
+    """Shares of wide knots in the values at fine ones along one axis, shape (fine, wide)."""
+    places = [each.low[axis] + each.step[axis] * np.arange(each.counts[axis]) for each in (wide, fine)]
+    kind = min(3, len(places[0]) - 1)
+    return np.asarray(make_interp_spline(places[0], np.eye(len(places[0])), k=kind)(places[1]))
+
+
 def _seen(ways: Array, light: Array) -> Seen:
     each = light.shape[1]
     return Seen(
-        directions=mi.Vector3f(*columns(ways.reshape(-1, 3))), light=mi.Color3f(*columns(light.reshape(-1, 3))), each=each
+        directions=mi.Vector3f(*columns(ways.reshape(-1, 3))),
+        light=mi.Color3f(*columns(light.reshape(-1, 3))),
+        each=each,
     )
 
 

@@ -315,9 +315,9 @@ class LitWorld(World):
         steps = STEPS if coat is not None and isinstance(starts, CameraStarts) else 1
         return gather_radiance(
             scene, shapes, self.media.reduced,
-            self._cached(field, is_change=room is not None, steps=steps), self.content.object_finish, starts, seed=stream,
-            max_depth=CAMERA_DEPTH, forward=self.media.infill if self._followed else None, followed=self._followed,
-            record=record,
+            self._cached(field, is_change=room is not None, steps=steps), self.content.object_finish, starts,
+            seed=stream, max_depth=CAMERA_DEPTH, forward=self.media.infill if self._followed else None,
+            followed=self._followed, record=record,
         )  # fmt: skip
 
     def elements(self, field: LightField) -> Elements:

@@ -462,7 +462,7 @@ class FaceCoating:
     def face(self, body: Any) -> CoatedFace:
         """The face of the body's mesh as it is now."""
         return CoatedFace(
-            places_mm=mesh_of(body).vertices, rest_mm=self._rest_mm, facets=self._faces[self._is_face],
+            places_mm=mesh_of(body).vertices, rest_mm=self._rest_mm, facets=self._faces[self._is_face].astype(np.int64),
             numbers=np.flatnonzero(self._is_face), triangles=len(self._faces),
         )  # fmt: skip
 

@@ -10,7 +10,7 @@ Snell's law in the plane of both points.
 """
 
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -114,7 +114,7 @@ class Box:
         middle, last = dr.minimum(high, at[2]), dr.maximum(high, at[2])
         first, middle = dr.minimum(low, middle), dr.maximum(low, middle)
         stops, legs = [mi.Float(0), first, middle, last, distance], []
-        for begin, end in zip(stops[:-1], stops[1:], strict=True):
+        for begin, end in pairwise(stops):
             half = (begin + end) / 2
             start = dr.select(begin > 0, begin + CLEAR_MM, 0)
             point, way = image + direction * start, mi.Vector3f(direction)
@@ -165,7 +165,8 @@ class Strips:
     @classmethod
     def of(cls, shapes: list[tuple[Any, Array]]) -> "Strips":
         """Rectangles of the scene with their radiances."""
-        table, straight = [], []
+        table: list[list[float]] = []
+        straight: list[int] = []
         for shape, radiance in shapes:
             matrix = np.array(mi.traverse(shape)["to_world"].matrix, float).reshape(4, 4)
             u, v, middle = matrix[:3, 0], matrix[:3, 1], matrix[:3, 3]
