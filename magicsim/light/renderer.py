@@ -42,6 +42,9 @@ NO_CONTACT = SurfaceMesh(vertices=np.zeros((0, 3)), faces=np.zeros((0, 3), np.in
 """What a dent touches that an object has left: what it changes of the light in the block is less than noise."""
 PASSING_PARTICLES_PART = 2
 """What passes gets the strips' particles divided by this."""
+RECORDED_SAMPLES = 32
+"""Paths of each pixel of the careful untouched image that are recorded at most: what an object changes by them has
+little noise, and every one takes memory and time in each frame."""
 MOST_RECORDED = 20_000_000
 """Camera paths that are recorded at most, with two gigabytes: of a larger image fewer a pixel."""
 
@@ -197,8 +200,12 @@ class Renderer(PlainRenderer):
         state = self._untouched.get(key, on_disk=regions is None)
         if state is None:
             most = max(1, MOST_RECORDED // (self._film.columns * self._film.rows))
+            if regions is None:
+                most = min(most, RECORDED_SAMPLES)
+            else:
+                samples = min(samples, most)
             state = untouched(
-                self.light(View()), particles, seed=seed, samples=min(samples, most), recorded=recorded,
+                self.light(View()), particles, seed=seed, samples=samples, most=most, recorded=recorded,
                 with_room=regions is not None, regions=regions,
             )  # fmt: skip
             self._untouched.keep(key, state, on_disk=regions is None)
@@ -239,7 +246,7 @@ class Renderer(PlainRenderer):
         changed, traced = self._changed(view, placed, pixels), None
         if changed.any():
             traced = self.light(view).gather_pixels(
-                field, pixels[changed], samples=self.settings.samples, seed=self.seed
+                field, pixels[changed], samples=self.settings.samples, seed=self.seed, pattern=self.seed
             )
             dr.eval(traced)  # begins, while the rest is computed
             origin = replace(origin, image="traced")
@@ -295,7 +302,9 @@ class Renderer(PlainRenderer):
         known, changed = look.through(self.control(), pixels), self._changed(view, placed, pixels)
         now = known.copy()
         if changed.any():
-            traced = self.light(view).gather_pixels(field, pixels[changed], samples=samples, seed=self.seed, room=light)
+            traced = self.light(view).gather_pixels(
+                field, pixels[changed], samples=samples, seed=self.seed, pattern=self.seed, room=light
+            )
             now[changed] = np.array(traced, np.float64).T
         images = [np.asarray(each.reshape(shape), np.float32) for each in (now, known, before)]
         found = anchored_change(images[0], images[1], images[2], changed.reshape(shape[:2]))

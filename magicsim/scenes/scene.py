@@ -96,7 +96,7 @@ class RenderSettings(Config):
 
     estimator: Literal["fluence", "path"] = "fluence"
     """Cached fluence, or Mitsuba's volumetric path tracer."""
-    samples: Annotated[int, Field(ge=1, le=65536)] = 4
+    samples: Annotated[int, Field(ge=1, le=65536)] = 8
     """Camera samples a pixel; powers of two are spread most evenly over it."""
     particles: Annotated[int, Field(ge=100, le=100_000_000)] = 24_000
     """Light particles shared by the LED strips; a flashlight gets as many again (a quarter in images without an anchor
@@ -117,7 +117,7 @@ class RenderSettings(Config):
     facet_mm: Annotated[float, Field(ge=0.05, le=5)] = FACET_MM
     """Length to which the edges of the rendered contact face are split [mm]: rims of dents bend over tenths of a
     millimetre. Cells whose pitch is no larger stay whole, and do not bulge."""
-    anchor_samples: Annotated[int, Field(ge=0, le=65536)] = 32
+    anchor_samples: Annotated[int, Field(ge=0, le=65536)] = 128
     """Camera samples of the untouched state, to which every frame is anchored; 0 means no anchor."""
     anchor_particles: Annotated[int, Field(ge=100, le=100_000_000)] = 1_200_000
     """Light particles of the untouched state."""

@@ -18,6 +18,8 @@ from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.simulation.sensor import Sensor, sensor_camera
 from magicsim.waiting import Told, on_stderr, waiting
 
+STILL_SAMPLES = 32
+"""Camera samples a pixel of a still at least, where the anchor has as many."""
 LEAST_ERROR = 1e-6
 """Below the rounding of float32 images."""
 WHITE = 99.0
@@ -47,7 +49,7 @@ class Still:
 
 
 def with_care(scene: SceneConfig, *, samples: bool, particles: bool) -> SceneConfig:
-    """The scene with the samples, the particles or both raised to those of the anchor: a still stands alone.
+    """The scene with more samples, the particles of the anchor, or both: a still stands alone.
 
     Args:
         scene: What happens.
@@ -56,7 +58,7 @@ def with_care(scene: SceneConfig, *, samples: bool, particles: bool) -> SceneCon
     """
     render, changes = scene.render, {}
     if samples:
-        changes["samples"] = max(render.samples, render.anchor_samples)
+        changes["samples"] = max(render.samples, min(render.anchor_samples, STILL_SAMPLES))
     if particles:
         changes["particles"] = max(render.particles, render.anchor_particles)
     return scene.model_copy(update={"render": render.model_copy(update=changes)})

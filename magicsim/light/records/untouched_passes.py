@@ -18,9 +18,12 @@ from magicsim.light.transport.streams import LIGHT_BACK, MIRRORED, SEEDS_PER_REN
 from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.outside import Outside
 
+CAREFUL_PATTERN = 2**40
+"""Number of the careful images' first pattern of pixel positions: their error is none of a frame's."""
+
 
 def untouched(
-    world: LitWorld, particles: dict[str, int], *, seed: int, samples: int, recorded: int, with_room: bool,
+    world: LitWorld, particles: dict[str, int], *, seed: int, samples: int, most: int, recorded: int, with_room: bool,
     regions: Regions | None,
 ) -> Untouched:  # fmt: skip
     """The untouched sensor, and what its camera paths and its light pass before they leave the block.
@@ -30,6 +33,7 @@ def untouched(
         particles: Of each light.
         seed: Random stream of both passes.
         samples: Paths of each pixel.
+        most: Paths of each pixel that are recorded at most; all others only count in the image.
         recorded: Particles of each strip whose way out is taken down.
         with_room: Whether that of the room's particles is taken down too.
         regions: Boxes to tell which of them each pixel's paths met surfaces in, if that is asked for.
@@ -42,15 +46,24 @@ def untouched(
     room = {name: count for name, count in particles.items() if name == ENVIRONMENT}
     room_record = LightRecord.empty(1, room[ENVIRONMENT]) if room and with_room else None
     fields |= world.light_fields(room, seed=seed, record=room_record)
-    is_opaque = world.elastomer.design.is_opaque
-    paths = recorded_paths(world, seed=seed, samples=1 if is_opaque else samples, regions=regions)
+    # The light of an opaque coat is no sum over elements, and no path serves another frame.
+    most = 1 if world.elastomer.design.is_opaque else min(most, samples)
+    pattern = seed if regions is not None else CAREFUL_PATTERN + seed
+    paths = recorded_paths(world, seed=seed, pattern=pattern, samples=most, regions=regions)
     field = total([world.darkness(), *fields.values()])
     columns, rows = (int(size) for size in world.scene.sensors()[0].film().size())
     pixels = np.arange(columns * rows, dtype=np.uint32)
-    if is_opaque:  # the light of a coat is no sum over elements
-        image = np.array(world.gather_pixels(field, pixels, samples=samples, seed=seed)).T
+    if world.elastomer.design.is_opaque:
+        image = np.array(world.gather_pixels(field, pixels, samples=samples, seed=seed, pattern=pattern)).T
     else:
         image = paths.direct + paths.glow(world.elements(field), pixels)
+        if samples > most:
+            # The first points of the pattern are the recorded ones.
+            starts = CameraStarts.of(
+                world.scene.sensors()[0], samples=samples, pixels=pixels, pattern=pattern, part=range(most, samples)
+            )
+            others = np.array(world.camera_pass(field, starts, stream=SEEDS_PER_RENDER * seed), np.float64).T
+            image = (most * image + others) / samples
     return Untouched(
         fields=fields,
         particles=dict(particles),
@@ -62,15 +75,17 @@ def untouched(
     )
 
 
-def recorded_paths(world: LitWorld, *, seed: int, samples: int, regions: Regions | None = None) -> RecordedPaths:
-    """The camera paths of an untouched sensor."""
+def recorded_paths(
+    world: LitWorld, *, seed: int, samples: int, pattern: int = 0, regions: Regions | None = None
+) -> RecordedPaths:
+    """The camera paths of an untouched sensor, with the points of a pattern in each pixel."""
     dark, sensor = world.darkness(), world.scene.sensors()[0]
     pixels = int(np.prod(np.array(sensor.film().size())))
 
     def trace(part: range, room: int) -> tuple[PathRecord, Array]:
         record = PathRecord.empty(room, len(part), lanes=pixels, regions=regions)
         starts = CameraStarts.of(
-            sensor, samples=samples, pixels=np.arange(pixels, dtype=np.uint32), pattern=0, part=part
+            sensor, samples=samples, pixels=np.arange(pixels, dtype=np.uint32), pattern=pattern, part=part
         )
         seen = world.camera_pass(dark, starts, stream=SEEDS_PER_RENDER * seed, record=record)
         dr.eval(seen, record)

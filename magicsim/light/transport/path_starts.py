@@ -28,7 +28,7 @@ DOUBLINGS = 2
 BESIDE = 0.1
 """Share of its rays that a surface keeps which is seen at the edge of the picture at most."""
 PATTERN_SEED = 1
-"""Seed of the first pixel pattern, a fixed quadrature for all seeds: only chance at interfaces depends on the seed."""
+"""Seed of the first pixel pattern."""
 
 
 @dataclass(slots=True, kw_only=True)

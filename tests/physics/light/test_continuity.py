@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 
 from magicsim.light.backend import VARIANT
 from magicsim.scenes.scene import load_scene
@@ -16,6 +17,10 @@ SMALL = (
 )  # fmt: skip
 PLACE = {"x_mm": 5.0, "y_mm": 6.0, "twist_deg": 0.0, "flashlight": False, "light_x_mm": 0.0}
 CORNERS = [(rows, columns) for rows in (slice(0, 24), slice(36, 60)) for columns in (slice(0, 16), slice(32, 48))]
+NEAR_CORNER = CORNERS[1]
+"""That of the contact."""
+CAMERA_NOISE = 0.25
+"""Of the default camera [grey levels]."""
 TOUCHES_MM = (-0.005, -0.02, -0.05)
 HIDDEN = 0.001
 """A third of the noise of rounding to grey levels, 0.29 of a level, in units of the brightness, 90 levels."""
@@ -90,3 +95,20 @@ def test_mean_is_continuous_at_contact(flashlight):
         changes.append(after / before - 1)
     assert np.abs(np.mean(changes, 0)).max() < 0.01
     assert np.std(changes, axis=0).max() < 0.01
+
+
+def test_grain_far_from_a_deep_touch_is_below_the_cameras_noise():
+    """Of the error of the change, what a mean over a few pixels takes off: 1.0 before noise was told from change."""
+    deep = state(-0.6)
+    sensor = sensor_of("render.samples=8", "render.anchor_samples=32")
+    careful = sensor_of("render.samples=32", "render.particles=20000", "render.anchor_samples=0")
+    deformation = sensor.deform(deep, sensor.rest)
+    rest = sensor.radiance(UNTOUCHED, sensor.rest)
+    changes = [sensor.radiance(deep, deformation).astype(np.float64) - rest]
+    views = careful.view(deep, deformation), careful.view(UNTOUCHED, careful.rest)
+    for turn in (1, 2):  # noise of the two is independent, and adds nothing to the mean of products
+        now, before = (careful.renderer.plain_radiance(view, turn=turn).astype(np.float64) for view in views)
+        changes.append(now - before)
+    frame, first, second = (each - gaussian_filter(each, (1, 1, 0)) for each in changes)
+    squares = [((frame - first) * (frame - second))[corner].mean() for corner in CORNERS if corner != NEAR_CORNER]
+    assert np.mean(squares) < (CAMERA_NOISE / 90 * rest.mean()) ** 2
