@@ -5,11 +5,13 @@
 Pairs of states 0.002 to 0.05 mm before and after contact are filmed with several objects, places, seeds, designs and
 lights, by a camera without noise, with the flashlight off and on; so are a sensor with an object too far to be seen
 and one without, and a flashlight on and off beside an object that is near, both in the dark: in a lit room the lamp
-and the object cover what is behind them, which is to be seen. Classifiers see only what must not know: features of
-blocks of the image that lie 8 mm and more from the contact, where nothing physical changes (residual noise, high-pass
-statistics, noise levels of blocks, sums of channels), and the size of the frame's PNG. Each is trained on some cases
-and judged on others (grouped cross-validation); the area under its curve is 0.5 where nothing is told. Intervals are
-a bootstrap over cases.
+and the object cover what is behind them, which is to be seen. Deeper, the deformation itself reaches far and may be
+seen; the error of the frame may not: the same states are filmed by two sensors with random numbers of their own, and
+what the two frames differ by is judged, 0.3 to 2 mm deep against just before contact. Classifiers see only what must
+not know: features of blocks of the image that lie 8 mm and more from the contact, where nothing physical changes
+(residual noise, high-pass statistics, noise levels of blocks, sums of channels), and the size of the frame's PNG. Each
+is trained on some cases and judged on others (grouped cross-validation); the area under its curve is 0.5 where nothing
+is told. Intervals are a bootstrap over cases.
 """
 
 import argparse
@@ -40,9 +42,12 @@ from magicsim.simulation.sensor import Sensor
 Array = npt.NDArray[np.float64]
 Frame = npt.NDArray[np.uint8]
 GAPS_MM = (0.002, 0.005, 0.01, 0.02, 0.05)
+DEEP_MM = (0.3, 0.6, 1.0, 2.0)
+"""Depths at which the difference of two seeds is judged."""
 FAR_MM = 8.0
 """Distance from the contact where the deformation does not reach."""
 BLOCK_PX = 20
+MID_GREY = 128
 OBJECTS = (
     "sphere:radius_mm=4,color=0.8x0.4x0.1", "sphere:radius_mm=2.5,color=0.2x0.2x0.25",
     "domed_cylinder:radius_mm=3,edge_radius_mm=1,color=0.3x0.6x0.2", "sphere:radius_mm=6,color=0.7x0.7x0.7",
@@ -108,6 +113,40 @@ class Filmed:
         return expose(radiance, self.exposure, self.sensor.rig.camera, seed=0, frame=0)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Drawn:
+    """Object, place, design and light of one case."""
+
+    sensor: Sensor
+    chance: random.Random
+    x_mm: float
+    y_mm: float
+    far: list[tuple[slice, slice]]
+
+    def state(self, gap_mm: float | None, *, flashlight: bool = False, light_x_mm: float = 0.0) -> FrameState:
+        """The object at its place."""
+        return FrameState(
+            gap_mm=gap_mm, x_mm=self.x_mm, y_mm=self.y_mm, twist_deg=0.0, flashlight=flashlight, light_x_mm=light_x_mm
+        )
+
+
+def drawn(case: int, seed: int, settings: Sequence[str], block_px: int, *, deepest_mm: float) -> Drawn:
+    """One case, see `film`."""
+    chance = random.Random(1000 * seed + case)
+    x_mm, y_mm = chance.choice(PLACES)
+    deepest = f"keyframes=[{{frame=0,gap_mm=-{deepest_mm},x_mm={x_mm},y_mm={y_mm}}}]"
+    scene = load_scene("pressed", [*CLEAN, *settings, *chance.choice(DESIGNS), deepest], seed=100 * seed + case)
+    first, *others = scene.rig.strips
+    share = chance.choice(DIMMED)
+    dimmed = first.model_copy(update={"radiance": tuple(share * each for each in first.radiance)})
+    rig = scene.rig.model_copy(update={"strips": (dimmed, *others)})
+    sensor = Sensor.for_scene(scene.model_copy(update={"rig": rig, "object": parse_object(chance.choice(OBJECTS))}))
+    return Drawn(
+        sensor=sensor, chance=chance, x_mm=x_mm, y_mm=y_mm,
+        far=_far_blocks(sensor.rig.camera, x_mm, y_mm, block_px),
+    )  # fmt: skip
+
+
 def film(case: int, seed: int, settings: Sequence[str] = (), block_px: int = BLOCK_PX) -> Iterator[tuple[str, Taken]]:
     """Frames of one case, with the question that they belong to.
 
@@ -117,41 +156,46 @@ def film(case: int, seed: int, settings: Sequence[str] = (), block_px: int = BLO
         settings: Overrides of the scene.
         block_px: Edge of the blocks that are looked at [px].
     """
-    chance = random.Random(1000 * seed + case)
-    x_mm, y_mm = chance.choice(PLACES)
-    deepest = f"keyframes=[{{frame=0,gap_mm=-{GAPS_MM[-1]},x_mm={x_mm},y_mm={y_mm}}}]"
-    scene = load_scene("pressed", [*CLEAN, *settings, *chance.choice(DESIGNS), deepest], seed=100 * seed + case)
-    first, *others = scene.rig.strips
-    share = chance.choice(DIMMED)
-    dimmed = first.model_copy(update={"radiance": tuple(share * each for each in first.radiance)})
-    rig = scene.rig.model_copy(update={"strips": (dimmed, *others)})
-    sensor = Sensor.for_scene(scene.model_copy(update={"rig": rig, "object": parse_object(chance.choice(OBJECTS))}))
-    far = _far_blocks(sensor.rig.camera, x_mm, y_mm, block_px)
+    each = drawn(case, seed, settings, block_px, deepest_mm=GAPS_MM[-1])
+    sensor, rig, chance = each.sensor, each.sensor.rig, each.chance
 
     def taken(filmed: Filmed, state: FrameState, *, label: bool) -> Taken:
-        return Taken(case=case, label=label, frame=filmed.frame(state), rest=filmed.rest, far=far)
+        return Taken(case=case, label=label, frame=filmed.frame(state), rest=filmed.rest, far=each.far)
 
     lit = Filmed.by(sensor)
     for question, shining in (("before or after contact", False), ("before or after contact, flashlight on", True)):
         for gap_mm in GAPS_MM:
             for sign in (1, -1):
-                state = FrameState(
-                    gap_mm=sign * gap_mm, x_mm=x_mm, y_mm=y_mm, twist_deg=0.0, flashlight=shining, light_x_mm=0
-                )
-                yield question, taken(lit, state, label=sign < 0)
+                yield question, taken(lit, each.state(sign * gap_mm, flashlight=shining), label=sign < 0)
     dim = rig.flashlight.model_copy(update={"radiance": (DIM,) * 3})
     sensor = sensor.with_rig(rig.model_copy(update={"flashlight": dim, "room": None, "ambient": (0.0,) * 3}))
     sensor.renderer.metered()
     dark = Filmed.by(sensor)
     for shining in (False, True) * 3:
-        state = FrameState(
-            gap_mm=chance.uniform(0.5, 3), x_mm=x_mm, y_mm=y_mm, twist_deg=0.0, flashlight=shining,
-            light_x_mm=chance.uniform(-4, 4),
-        )  # fmt: skip
+        state = each.state(chance.uniform(0.5, 3), flashlight=shining, light_x_mm=chance.uniform(-4, 4))
         yield "flashlight off, or on and too dim to be seen", taken(dark, state, label=shining)
     for gap_mm in (None, 1700.0, 1900.0):
-        state = FrameState(gap_mm=gap_mm, x_mm=x_mm, y_mm=y_mm, twist_deg=0.0, flashlight=False, light_x_mm=0)
-        yield "absent or too far to be seen", taken(dark, state, label=gap_mm is not None)
+        yield "absent or too far to be seen", taken(dark, each.state(gap_mm), label=gap_mm is not None)
+
+
+def film_twice(
+    case: int, seed: int, settings: Sequence[str] = (), block_px: int = BLOCK_PX
+) -> Iterator[tuple[str, Taken]]:
+    """What frames of one state by two seeds differ by, around mid grey, with its question; see `film`."""
+    each = drawn(case, seed, settings, block_px, deepest_mm=1.03 * DEEP_MM[-1])
+    first, second = Filmed.by(each.sensor), Filmed.by(each.sensor.reseeded(1))
+    grey = np.full_like(first.rest, MID_GREY)
+
+    def taken(gap_mm: float) -> Taken:
+        one, two = (filmed.frame(each.state(gap_mm)).astype(np.int16) for filmed in (first, second))
+        difference = np.clip(one - two + MID_GREY, 0, 255).astype(np.uint8)
+        return Taken(case=case, label=gap_mm < 0, frame=difference, rest=grey, far=each.far)
+
+    near = [taken(gap_mm) for gap_mm in GAPS_MM[:2]]
+    for depth_mm in DEEP_MM:
+        question = f"difference of two seeds, just before contact or {depth_mm} mm deep"
+        for shown in [*near, taken(-depth_mm), taken(-1.03 * depth_mm)]:
+            yield question, shown
 
 
 def _far_blocks(camera: Camera, x_mm: float, y_mm: float, block_px: int) -> list[tuple[slice, slice]]:
@@ -229,7 +273,7 @@ def main() -> None:
     chosen = parser.parse_args()
     frames: dict[str, list[Shown]] = {}
     for case in range(chosen.cases):
-        for question, taken in film(case, chosen.seed):
+        for question, taken in [*film(case, chosen.seed), *film_twice(case, chosen.seed)]:
             frames.setdefault(question, []).append(Shown.of(taken))
         print(json.dumps({"case": case, "frames": sum(map(len, frames.values()))}), flush=True)
     chance = np.random.default_rng(chosen.seed)
@@ -240,7 +284,7 @@ def main() -> None:
     ]
     for row in rows:
         print(json.dumps(row))
-    settings = {"cases": chosen.cases, "seed": chosen.seed, "gaps_mm": GAPS_MM, "far_mm": FAR_MM}
+    settings = {"cases": chosen.cases, "seed": chosen.seed, "gaps_mm": GAPS_MM, "deep_mm": DEEP_MM, "far_mm": FAR_MM}
     chosen.out.write_text(json.dumps({"settings": settings, "results": rows}, indent=1) + "\n")
     # Every frame's features, to look into, beside it.
     raw = [asdict(shown) | {"question": question} for question, each in frames.items() for shown in each]
