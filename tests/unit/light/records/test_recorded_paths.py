@@ -51,7 +51,9 @@ def recorded_light(rest, particles):
     from magicsim.light.records.untouched_passes import untouched
 
     shares = dict.fromkeys(rest.lights, particles)
-    return untouched(rest, shares, seed=SEED, samples=1, recorded=particles, with_room=False, regions=None).light
+    return untouched(
+        rest, shares, seed=SEED, samples=1, most=1, recorded=particles, with_room=False, regions=None
+    ).light
 
 
 def gathered(light, field):
@@ -209,3 +211,17 @@ def test_paths_do_not_depend_on_how_many_are_traced_at_once(monkeypatch):
     parts = recorded_paths(rest, seed=SEED, samples=SAMPLES)
     np.testing.assert_allclose(parts.response.toarray(), together.response.toarray(), rtol=1e-4, atol=1e-9)
     np.testing.assert_array_equal(np.array(parts.rays), np.array(together.rays))
+
+
+def test_image_of_more_paths_than_are_recorded_is_that_of_all_of_them():
+    from magicsim.light.records.untouched_passes import untouched
+
+    rest = small("rest")[0].light(View())
+    shares = dict.fromkeys(rest.lights, 4000)
+    some, every = (
+        untouched(rest, shares, seed=SEED, samples=8, most=most, recorded=10, with_room=False, regions=None)
+        for most in (2, 8)
+    )
+    assert (some.paths.samples, every.paths.samples) == (2, 8)
+    np.testing.assert_allclose(some.image.mean((0, 1)), every.image.mean((0, 1)), rtol=0.02)
+    assert np.corrcoef(some.image.ravel(), every.image.ravel())[0, 1] > 0.99
