@@ -27,7 +27,7 @@ import numpy.typing as npt
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from magicsim.camera.exposure import meter
-from magicsim.camera.viewing import pixel_landing_mm
+from magicsim.camera.projection import pixel_landing_mm
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState

@@ -3,10 +3,12 @@
 Errors of force are shares of it, by cause. They say how a real sensor of the same design may differ from the label,
 beyond what a recipe's tolerances draw. Labels are quasi-static: they hold for the stiffness at the time of a hardness
 reading, 1 s after contact; with `contact.rate_dependent` they follow the relaxation of the body. A cause whose size
-nobody knows has None, and so has the total.
+nobody knows has None, and so has the total. Of images it states the camera's noise and the renderer's error.
 """
 
 import json
+
+import numpy as np
 
 from magicsim.dataset.assembly import Layout
 from magicsim.dataset.recipes.draw import draw_episodes
@@ -31,6 +33,33 @@ MODULI: Share = (-0.25, 0.1)
 """What two fitted stiffnesses leave of seven other hardness readings (docs/validation.md): most are read too hard."""
 LEAST_HEIGHT_MM = 5.0
 """Least height for which that was found out; thinner blocks are read too hard by an unknown part."""
+
+TOUCH_ERROR, TOUCH_SAMPLES = 0.95, 8
+"""Error of the change of the image by a ball 1 mm deep in the default sensor, root mean square over all of it [grey
+levels], with that many samples a pixel (docs/results.md, "How exact a touch is")."""
+SAMPLES_POWER = -0.75
+"""By which power of the samples it falls."""
+
+
+def image_noise(recipe: Recipe) -> dict[str, float]:
+    """Noise of the rig's camera at its exposure's mean and error of the rendering of a touch [grey levels, rms]."""
+    camera = recipe.rig.camera
+    signal = (camera.exposure_grey / 255) ** camera.gamma
+    noise = np.sqrt(signal * camera.full_well_e + camera.read_noise_e**2) / camera.full_well_e
+    slope = 255 / camera.gamma * signal ** (1 / camera.gamma - 1)
+    samples = recipe.render.samples / TOUCH_SAMPLES
+    return {"camera": float(slope * noise), "touch": TOUCH_ERROR * samples**SAMPLES_POWER}
+
+
+def image_sentence(recipe: Recipe) -> str:
+    """For the dataset card."""
+    noise = image_noise(recipe)
+    return (
+        f"`image` has the camera's noise, {noise['camera']:.2f} grey levels rms in the mean, and the renderer's error: "
+        f"of what a ball 1 mm deep changes of the default sensor's image about {noise['touch']:.2g} grey levels rms "
+        f"with {recipe.render.samples} samples a pixel, of what an object in front of it changes less than 0.1 "
+        "(magicsim's `docs/results.md`); other sensors and touches were not measured."
+    )
 
 
 def force_error(recipe: Recipe) -> dict[str, Share | None]:
@@ -111,6 +140,8 @@ objects come from -z. Force is what the object exerts on the sensor, so that a p
 column 0 at -x. The camera's frame has x to the right, y down and z ahead: `camera_rotation` turns it into the sensor's.
 
 {as_sentence(recipe)}
+
+{image_sentence(recipe)}
 
 ```python
 from datasets import load_dataset

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from magicsim.dataset.card import dataset_card, force_error
+from magicsim.dataset.card import dataset_card, force_error, image_noise
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.recipes.recipe import load_recipe
 from magicsim.dataset.shard import schema_of_columns
@@ -54,3 +54,17 @@ def test_blocks_below_5_mm_have_an_unknown_error(core_mm: float, is_known: bool)
     assert (found["moduli"] is not None, found["total"] is not None) == (is_known, is_known)
     assert (stated["total"] is None) == (not is_known)
     assert ("total unknown" in dataset_card(thin, columns, {})) == (not is_known)
+
+
+def test_card_states_the_renderers_error_beside_the_cameras_noise() -> None:
+    recipe = load_recipe("default")
+    # 90 grey levels of 250,000 electrons at white, 50 of read noise: sqrt(88,235 + 2,500) / 250,000 of 255.
+    camera = recipe.rig.camera.model_copy(
+        update={"exposure_grey": 90.0, "full_well_e": 250_000.0, "read_noise_e": 50.0, "gamma": 1.0}
+    )
+    found = recipe.model_copy(update={"rig": recipe.rig.model_copy(update={"camera": camera})})
+    assert image_noise(found)["camera"] == pytest.approx(0.307, abs=0.001)
+    finer = found.render.model_copy(update={"samples": 16 * found.render.samples})
+    ratio = image_noise(found.model_copy(update={"render": finer}))["touch"] / image_noise(found)["touch"]
+    assert ratio == pytest.approx(1 / 8)
+    assert "0.31 grey levels rms in the mean" in dataset_card(found, columns_of(found), {})
