@@ -267,7 +267,9 @@ class Renderer(PlainRenderer):
         else:
             field, light = self._light(view, self._placed(view), is_moved=True)
             world, origin = self.light(view), replace(origin, light=light)
-        seen = world.gather(field, samples=self.settings.samples, seed=self.seed, window=window)
+        seen = world.gather(
+            field, samples=self.settings.samples, seed=self.seed, pattern=self.seed, window=window
+        )
         return np.array(seen, np.float32), origin
 
     def _passing_light(self, x_mm: float) -> PassingLight:
