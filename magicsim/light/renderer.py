@@ -260,16 +260,14 @@ class Renderer(PlainRenderer):
         return np.asarray(inner.within(around).of(found)), origin
 
     def _coated(self, view: View) -> tuple[FloatImage, Origin]:
-        """The same of an opaque coat: what is seen has no noise that an untouched image could take away."""
+        """Radiance of an opaque coat, whose frames have no noise that an untouched image could take away."""
         world, window, origin = self.light(view), self._film.window, Origin(light="traced", image="traced")
         if world.is_integrated:
             field = world.darkness()
         else:
             field, light = self._light(view, self._placed(view), is_moved=True)
             world, origin = self.light(view), replace(origin, light=light)
-        seen = world.gather(
-            field, samples=self.settings.samples, seed=self.seed, pattern=self.seed, window=window
-        )
+        seen = world.gather(field, samples=self.settings.samples, seed=self.seed, pattern=self.seed, window=window)
         return np.array(seen, np.float32), origin
 
     def _passing_light(self, x_mm: float) -> PassingLight:

@@ -34,7 +34,7 @@ LIFT_MM = 0.01
 DIRECTIONS, FEWER = 16384, 2048
 """Directions that are looked in from a knot in the last round, and in those before it."""
 CLOUDY_PART = 16
-"""The same where the body scatters are fewer by this factor: there are knots in it too, and nothing has an edge."""
+"""Directions where the body scatters are fewer by this factor: there are knots in it too, and nothing has an edge."""
 KEPT = 1024
 """Directions that are kept of them, each with the light of those around it."""
 ROUNDS = 4
@@ -42,7 +42,7 @@ ROUNDS = 4
 FINE = (8, 8)
 """Points along and across a strip that are looked at from a knot; in each direction, two of them are taken as one."""
 SHADOW = (6, 6)
-"""The same from a vertex, which tells shadows alone."""
+"""Points of a strip that are looked at from a vertex, which tells shadows alone."""
 NEIGHBOURS = (-1 / 16, 1 / 4, 5 / 8, 1 / 4, -1 / 16)
 """Shares of neighbouring knots in what is seen from one: chance is halved, and what bends stays."""
 LAYERS = 5
@@ -62,7 +62,7 @@ class Seen:
 
     @property
     def fluence(self) -> Array:
-        """Of each place, shape (places, 3)."""
+        """Fluence of each place, shape (places, 3)."""
         return np.asarray(np.array(self.light, np.float64).T.reshape(-1, self.each, 3).sum(1))
 
 

@@ -54,9 +54,9 @@ class CoatedFace:
     facets: Index
     """Corners of the face's triangles, shape (facets, 3)."""
     numbers: Index
-    """Of the face's triangles among those of the body, shape (facets,)."""
+    """Numbers of the face's triangles among those of the body, shape (facets,)."""
     triangles: int
-    """Of the body."""
+    """Number of the body's triangles."""
 
     @cached_property
     def vertices(self) -> Index:

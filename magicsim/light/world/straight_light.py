@@ -218,12 +218,12 @@ class Lamps:
     """The corners of each triangle, mi.Point3f [mm]."""
     normals: Any
     areas: Any
-    """Of each [mm2]."""
+    """Area of each [mm2]."""
     exponents: Any
-    """Of the cosine that the intensity falls with."""
+    """Power of the cosine that the intensity falls with."""
     radiance: Any
     count: int
-    """Of triangles."""
+    """Corners of triangles."""
     turns: Any
     """Mirrors of each row, mi.Vector3f."""
     straight: list[int]
