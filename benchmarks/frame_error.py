@@ -154,7 +154,7 @@ def draw(rows: list[FrameError], path: Path) -> None:
             panel.axhline(0.25, color="grey", linestyle=":", label="noise of the camera")
             panel.set(title=f"{name}, {region}", xlabel="depth [mm]", yscale="log")
     panels[0][0].set_ylabel("grey levels, rms")
-    panels[0][0].legend()
+    panels[0][0].legend(fontsize=7, loc="lower right")
     figure.tight_layout()
     figure.savefig(path, dpi=120)
 

@@ -34,7 +34,7 @@ MODULI: Share = (-0.25, 0.1)
 LEAST_HEIGHT_MM = 5.0
 """Least height for which that was found out; thinner blocks are read too hard by an unknown part."""
 
-TOUCH_ERROR, TOUCH_SAMPLES = 0.95, 8
+TOUCH_ERROR, TOUCH_SAMPLES = 0.97, 8
 """Error of the change of the image by a ball 1 mm deep in the default sensor, root mean square over all of it [grey
 levels], with that many samples a pixel (docs/results.md, "How exact a touch is")."""
 SAMPLES_POWER = -0.75
@@ -57,7 +57,7 @@ def image_sentence(recipe: Recipe) -> str:
     return (
         f"`image` has the camera's noise, {noise['camera']:.2f} grey levels rms in the mean, and the renderer's error: "
         f"of what a ball 1 mm deep changes of the default sensor's image about {noise['touch']:.2g} grey levels rms "
-        f"with {recipe.render.samples} samples a pixel, of what an object in front of it changes less than 0.1 "
+        f"with {recipe.render.samples} samples a pixel, of what one 1 mm in front of it changes 0.2 "
         "(magicsim's `docs/results.md`); other sensors and touches were not measured."
     )
 
