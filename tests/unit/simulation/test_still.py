@@ -3,15 +3,15 @@ import pytest
 from magicsim.errors import RenderError
 from magicsim.scenes.scene import load_scene
 from magicsim.simulation.plan import plan_scene
-from magicsim.simulation.still import render, with_care
+from magicsim.simulation.still import STILL_SAMPLES, render, with_care
 from magicsim.simulation.stream import simulate
 from magicsim.waiting import unheard
 
 
-def test_a_still_is_as_careful_as_the_anchor_where_nothing_else_is_asked_for():
+def test_a_still_has_more_samples_and_the_particles_of_the_anchor_where_nothing_else_is_asked_for():
     scene = load_scene("rest")
     both = with_care(scene, samples=True, particles=True).render
-    assert (both.samples, both.particles) == (scene.render.anchor_samples, scene.render.anchor_particles)
+    assert (both.samples, both.particles) == (STILL_SAMPLES, scene.render.anchor_particles)
     assert both.samples > scene.render.samples
 
 

@@ -30,7 +30,13 @@ def solved(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         seen = np.zeros((2, 2, 3), np.uint8)
         return [
             SimpleNamespace(
-                untouched=shown[0], approach=(), press=shown, touches=shown, frames=lambda _, draws: [seen] * draws
+                untouched=shown[0],
+                approach=(),
+                press=shown,
+                touches=shown,
+                frames=lambda _, draws: [seen] * draws,
+                references=lambda: [seen],
+                camera=SimpleNamespace(gamma=1.0),
             )
         ]
 

@@ -52,7 +52,7 @@ def test_texture_is_looked_up_by_its_coordinates(tmp_path):
     uv = np.column_stack([(vertices[:, 0] + 1) / 2, np.full(len(vertices), 0.5)])
     material = trimesh.visual.material.PBRMaterial(baseColorTexture=picture)
     box(visual=trimesh.visual.TextureVisuals(uv=uv, material=material)).export(tmp_path / "box.glb")
-    surface = colors_of(tmp_path / "box.glb")
+    surface = colors_of(tmp_path / "box.glb", scale=1)
     left, right = surface.vertices[:, 0] < -0.2, surface.vertices[:, 0] > 0.2
     np.testing.assert_allclose(surface.colors[left], [[1, 0, 0]] * left.sum())
     np.testing.assert_allclose(surface.colors[right], [[0, 0, 1]] * right.sum())
