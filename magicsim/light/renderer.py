@@ -33,7 +33,7 @@ from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.outside import Outside, Outsides
 from magicsim.light.world.passing_light import PassingLight
 from magicsim.scenes.rig import Rig
-from magicsim.scenes.scene import RenderSettings
+from magicsim.scenes.scene import RECORDED_SAMPLES, RenderSettings
 from magicsim.scenes.timeline import ALONE, AT_REST, LightOrigin, Origin, View
 
 CLEAR_MM = 1e-3
@@ -42,9 +42,6 @@ NO_CONTACT = SurfaceMesh(vertices=np.zeros((0, 3)), faces=np.zeros((0, 3), np.in
 """What a dent touches that an object has left: what it changes of the light in the block is less than noise."""
 PASSING_PARTICLES_PART = 2
 """What passes gets the strips' particles divided by this."""
-RECORDED_SAMPLES = 32
-"""Paths of each pixel of the careful untouched image that are recorded at most: what an object changes by them has
-little noise, and every one takes memory and time in each frame."""
 MOST_RECORDED = 20_000_000
 """Camera paths that are recorded at most, with two gigabytes: of a larger image fewer a pixel."""
 

@@ -91,6 +91,11 @@ class ContactSettings(Config):
         return self
 
 
+RECORDED_SAMPLES = 32
+"""Paths of each pixel of the careful untouched image that are recorded at most: what an object changes by them has
+little noise, and every one takes memory and time in each frame."""
+
+
 class RenderSettings(Config):
     """How radiance is computed."""
 

@@ -11,7 +11,7 @@ from magicsim.camera.camera import Camera
 from magicsim.dataset.recipes.draw import DrawnEpisode, sensor_of
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.geometry.grid import node_spacing_mm
-from magicsim.scenes.scene import RenderSettings, SceneConfig
+from magicsim.scenes.scene import RECORDED_SAMPLES, RenderSettings, SceneConfig
 from magicsim.simulation.plan import plan_scene
 
 CAMERA_S, PARTICLE_S, SOLVE_S, MOVE_S, EPISODE_S, START_S = 2.2e-6, 7e-6, 1.0, 0.4, 1.5, 12.0
@@ -97,8 +97,10 @@ def _shared_s(render: RenderSettings, camera: Camera) -> float:
     """Seconds of the untouched sensor, with its recorded paths."""
     if not render.anchor_samples:
         return 0.0
-    samples = render.anchor_samples + render.samples
-    return camera.rows * camera.columns * samples * RECORD_S + render.anchor_particles * PARTICLE_S
+    recorded = min(render.anchor_samples, RECORDED_SAMPLES) + render.samples
+    others = max(0, render.anchor_samples - RECORDED_SAMPLES)
+    paths = camera.rows * camera.columns * (recorded * RECORD_S + others * CAMERA_S)
+    return paths + render.anchor_particles * PARTICLE_S
 
 
 def episode_cost(scene: SceneConfig) -> tuple[float, float]:

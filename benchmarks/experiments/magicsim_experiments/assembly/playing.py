@@ -17,7 +17,7 @@ from magicsim.robot.grip.truth import GripMoment
 from magicsim.robot.gripper import Gripper
 from magicsim_experiments.assembly.meeting import FORWARD, MetLoad, jack_pose
 from magicsim_experiments.assembly.stages import Misalignment, Step, TrialStage
-from magicsim_experiments.assembly.trial import OPEN_MM, Gripped, Moment
+from magicsim_experiments.assembly.trial import OPEN_MM, Gripped, Moment, Vector
 
 LONGEST_STEP_MM = 0.5
 """Longest way of the carriage between two equilibria while the pin may meet the base [mm]."""
@@ -59,8 +59,6 @@ FINEST_MM, LOST_MM = 0.002, 0.02
 """Intervals of ways at which the search for that place, and for where the plug is lost, ends in any case [mm]."""
 LEAST_SHARE = 0.1
 """Least share of the interval by which a guess shortens it."""
-
-Vector = tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -24,7 +24,6 @@ from magicsim.robot.grip.truth import GripMoment
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
 from magicsim_experiments.assembly.meeting import Contact, Jack, MetLoad, plug_elements
-from magicsim_experiments.assembly.playing import Vector
 from magicsim_experiments.assembly.stages import Step, TrialStage, timeline
 
 DARK = (0.03, 0.03, 0.03)
@@ -62,6 +61,7 @@ def _block(half_x: float, half_z: float, low: float, high: float) -> Manifold:
     return Manifold.cube(size).translate((-half_x, low, -half_z))
 
 
+Vector = tuple[float, ...]
 SQUEEZE_MM, OPEN_MM = 1.0, 12.0
 """How much closer than touching the faces grip, and how far they open [mm]; assumed."""
 MASS_G = 8.0

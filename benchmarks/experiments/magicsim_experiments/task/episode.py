@@ -3,10 +3,8 @@
 The carriage between A and B: bounded speed and acceleration, along the gripper's x.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 from magicsim.arrays import Frame
 from magicsim.detectors.combined import detect
@@ -15,18 +13,11 @@ from magicsim.detectors.grasp import GraspStage, GraspState, step_grasp
 from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.verdict import Verdict
 from magicsim.errors import MagicsimError
+from magicsim_experiments.task.carriage import Command
 from magicsim_experiments.task.world import Happened, World
 
 RELEASE_FRAMES = 2
 """Frames at B before the gripper opens on purpose."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Command:
-    """Motion of the next frame."""
-
-    fingers: Literal["close", "open", "stay"]
-    carriage: Literal["to_b", "to_a", "stay"]
 
 
 def command(stage: GraspStage, *, is_open: bool) -> Command:
@@ -42,45 +33,6 @@ def command(stage: GraspStage, *, is_open: bool) -> Command:
     if stage in (GraspStage.CLOSING, GraspStage.GRASPED):
         return Command(fingers="close", carriage="stay")
     return Command(fingers="open", carriage="to_a" if is_open else "stay")
-
-
-ROUNDING_MM = 1e-6
-"""Distance from the target that counts as none [mm]."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Carriage:
-    """Where it is."""
-
-    place_mm: float = 0.0
-    speed_mm_s: float = 0.0
-    acceleration_mm_s2: float = 0.0
-    """In the last step."""
-
-
-def driven(now: Carriage, target_mm: float, *, dt_s: float, most_mm_s: float, most_mm_s2: float) -> Carriage:
-    """The carriage after a step towards a place: it speeds up, and slows down in time to stop there.
-
-    Args:
-        now: Where it is.
-        target_mm: Where to [mm].
-        dt_s: Time [s].
-        most_mm_s: Largest speed [mm/s].
-        most_mm_s2: Largest acceleration [mm/s2].
-    """
-    left, brake = target_mm - now.place_mm, most_mm_s2 * dt_s
-    # A speed that falls by one brake in each of the next n steps stops exactly at the target.
-    steps = math.floor((math.sqrt(1 + 8 * abs(left) / (brake * dt_s)) - 1) / 2)
-    stopping = (abs(left) / dt_s + brake * steps * (steps + 1) / 2) / (steps + 1)
-    wanted = math.copysign(min(most_mm_s, stopping), left)
-    change = min(max(wanted - now.speed_mm_s, -brake), brake)
-    speed = now.speed_mm_s + change
-    place = now.place_mm + speed * dt_s
-    return Carriage(
-        place_mm=target_mm if abs(place - target_mm) < ROUNDING_MM else place,
-        speed_mm_s=speed,
-        acceleration_mm_s2=change / dt_s,
-    )
 
 
 AFTER_FRAMES = 3

@@ -11,7 +11,7 @@ from magicsim.robot.grip.load import Hold, Load
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
-from magicsim_experiments.task.episode import Carriage, Command, driven
+from magicsim_experiments.task.carriage import Carriage, Command, driven
 from magicsim_experiments.task.hand import WAY_MM, hand_mesh, hand_pose
 from magicsim_experiments.task.settings import GraspConfig, Item
 from magicsim_experiments.task.story import Since, Story
