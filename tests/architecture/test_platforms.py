@@ -1,10 +1,13 @@
 """What other systems lack is not needed to import the program, and what has no wheel for them is not asked for."""
 
+import os
 import subprocess
 import sys
 import tomllib
 
 import pytest
+
+from magicsim.light.variant import LLVM_VARIABLE, find_llvm
 
 from .source import ROOT, modules
 
@@ -51,5 +54,9 @@ def test_every_module_imports_without_what_windows_lacks():
         "from magicsim.cli.foresight import check_memory\nfrom magicsim.scenes.scene import load_scene\n"
         "check_memory(load_scene('demo'))\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    # The renderer, imported alone, would take the machine's libLLVM, if there is one, and not the program's own.
+    own = {LLVM_VARIABLE: str(find_llvm())} if find_llvm() is not None else {}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, env=os.environ | own
+    )
     assert done.returncode == 0, done.stderr[-2000:]
