@@ -34,31 +34,28 @@ MODULI: Share = (-0.25, 0.1)
 LEAST_HEIGHT_MM = 5.0
 """Least height for which that was found out; thinner blocks are read too hard by an unknown part."""
 
-TOUCH_ERROR, TOUCH_SAMPLES = 0.97, 8
-"""Error of the change of the image by a ball 1 mm deep in the default sensor, root mean square over all of it [grey
-levels], with that many samples a pixel (docs/results.md, "How exact a touch is")."""
-SAMPLES_POWER = -0.75
-"""By which power of the samples it falls."""
+TOUCH_ERROR, NEAR_ERROR, TOUCH_SAMPLES = 0.97, 0.2, 8
+"""Error of the change of the image by a ball 1 mm deep in the default sensor, and by one 1 mm before it, root mean
+square over all of it [grey levels], with that many samples a pixel (docs/benchmarks/frame-error.json)."""
 
 
-def image_noise(recipe: Recipe) -> dict[str, float]:
-    """Noise of the rig's camera at its exposure's mean and error of the rendering of a touch [grey levels, rms]."""
+def camera_noise(recipe: Recipe) -> float:
+    """Noise of the rig's camera at its exposure's mean [grey levels, rms]."""
     camera = recipe.rig.camera
     signal = (camera.exposure_grey / 255) ** camera.gamma
     noise = np.sqrt(signal * camera.full_well_e + camera.read_noise_e**2) / camera.full_well_e
     slope = 255 / camera.gamma * signal ** (1 / camera.gamma - 1)
-    samples = recipe.render.samples / TOUCH_SAMPLES
-    return {"camera": float(slope * noise), "touch": TOUCH_ERROR * samples**SAMPLES_POWER}
+    return float(slope * noise)
 
 
 def image_sentence(recipe: Recipe) -> str:
     """For the dataset card."""
-    noise = image_noise(recipe)
     return (
-        f"`image` has the camera's noise, {noise['camera']:.2f} grey levels rms in the mean, and the renderer's error: "
-        f"of what a ball 1 mm deep changes of the default sensor's image about {noise['touch']:.2g} grey levels rms "
-        f"with {recipe.render.samples} samples a pixel, of what one 1 mm in front of it changes 0.2 "
-        "(magicsim's `docs/results.md`); other sensors and touches were not measured."
+        f"`image` has the camera's noise, {camera_noise(recipe):.2f} grey levels rms in the mean, and the renderer's "
+        f"error: of what a ball 1 mm deep changes of the default sensor's image {TOUCH_ERROR:g} grey levels rms with "
+        f"{TOUCH_SAMPLES} samples a pixel, of what one 1 mm in front of it changes {NEAR_ERROR:g} (magicsim's "
+        f"`docs/results.md`); these images have {recipe.render.samples} samples, and other sensors and touches were "
+        "not measured."
     )
 
 

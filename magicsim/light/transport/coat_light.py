@@ -22,7 +22,8 @@ from scipy.spatial import cKDTree
 from magicsim.arrays import Array, Index
 from magicsim.light.backend import aligned, columns, dr, mi
 from magicsim.light.transport.path_starts import ObjectStarts
-from magicsim.light.world.coating import CoatedFace, Coating, CoatLight, outward_bins
+from magicsim.light.world.coated_face import CoatedFace, CoatLight, outward_bins
+from magicsim.light.world.coating import Coating
 from magicsim.light.world.straight_light import Box, Lamps, Strips
 
 KNOT_MM, WIDE_KNOT_MM = 1.0, 2.0
@@ -177,19 +178,17 @@ class CoatSolver:
         on_fine = fine.around(rest_mm)
         # What lamps bring to the face, and to the layers.
         straight = self._at_corners(places, normals, views)
-        lamps = self._straight(at_fine, [each.rows for each in self.coating.lights])
-        sides = self._straight(at_fine, [each.rows - len(each.straight) for each in self.coating.lights])
-        beside = self._received(sides, normals, views, *on_fine)
+        beside = self._received(self._straight(at_fine, by_sides=True), normals, views, *on_fine)
         lobes0: Array | None = None
         glow0: Array | None = None
         points = at_wide
         if is_cloudy:
             layers = self._layers(at_wide)
             points = np.concatenate([at_wide, layers])
-            glow0 = self._straight(layers, [each.rows for each in self.coating.lights]).fluence
+            glow0 = self._straight(layers).fluence
         own: tuple[Any, Array] = (np.arange(len(at_fine))[:, None], np.ones((len(at_fine), 1)))
         if self.coating.is_wide:
-            lobes0 = self._outward(lamps, normals[fine.vertex], *own)
+            lobes0 = self._outward(self._straight(at_fine), normals[fine.vertex], *own)
         corners = [(known + more[face.local]) for known, more in zip(straight, beside, strict=True)]
         index = (rest_mm - fine.low) / fine.step
         at_knots = index[face.local]
@@ -237,18 +236,18 @@ class CoatSolver:
         crossing, _ = self.box.crossing(place, mi.Point3f(*self.pinhole_mm.tolist()))
         return dr.normalize(mi.Vector3f(crossing - place))
 
-    def _straight(self, points: Array, counts: list[int]) -> Seen:
+    def _straight(self, points: Array, *, by_sides: bool = False) -> Seen:
         """Light of the lamps at places, shadows and all.
 
         Args:
             points: Shape (places, 3) [mm].
-            counts: Rows of each kind of lamps, all or those that turn at a side.
+            by_sides: Whether only ways count that turn at a side.
         """
         parts_d, parts_l = [], []
-        for lights, wanted in zip(self.coating.lights, counts, strict=True):
+        for lights in self.coating.lights:
             fine = lights.nodes(*FINE) if isinstance(lights, Strips) else lights.nodes()
             for row in range(lights.rows):
-                if wanted < lights.rows and row in lights.straight:
+                if by_sides and row in lights.straight:
                     continue
                 count, nodes = len(points), len(fine)
                 lane = dr.arange(mi.UInt32, count * nodes)

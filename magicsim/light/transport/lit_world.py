@@ -31,7 +31,7 @@ from magicsim.light.transport.path_record import PathRecord
 from magicsim.light.transport.path_starts import CameraStarts, ObjectStarts, PathStarts, object_rays
 from magicsim.light.transport.recorded_light import LightRecord
 from magicsim.light.transport.streams import COAT, ON_OBJECT, ROOM_ON_OBJECT, SEEDS_PER_RENDER
-from magicsim.light.world.coating import CoatLight
+from magicsim.light.world.coated_face import CoatLight
 from magicsim.light.world.inventory import Inventory
 from magicsim.light.world.loaded_scene import World
 from magicsim.light.world.medium import Constants, Media

@@ -16,7 +16,8 @@ from magicsim.light.backend import aligned, mi
 from magicsim.light.cells.cell_faces import CellFaces, cell_faces
 from magicsim.light.cells.cell_topology import CellTopology
 from magicsim.light.flaws.scatterers import HeldScatterers
-from magicsim.light.world.coating import CoatedFace, FaceCoating
+from magicsim.light.world.coated_face import CoatedFace
+from magicsim.light.world.coating import FaceCoating
 from magicsim.light.world.irradiance import SMOOTHING_MM, IrradianceKernel, irradiance_kernel, widened
 from magicsim.light.world.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT, PLACE
 from magicsim.light.world.outside import Outside

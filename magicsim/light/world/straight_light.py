@@ -223,7 +223,7 @@ class Lamps:
     """Power of the cosine that the intensity falls with."""
     radiance: Any
     count: int
-    """Corners of triangles."""
+    """Number of triangles."""
     turns: Any
     """Mirrors of each row, mi.Vector3f."""
     straight: list[int]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from magicsim.light.world.coating import affine_maps
+from magicsim.light.world.coated_face import affine_maps
 
 
 def test_map_takes_corners_to_their_places_and_is_linear_between():
