@@ -80,7 +80,8 @@ app = App(
     name="magicsim",
     version=magicsim.__version__,
     help="Simulator of the mini-MagicTac see-through touch sensor. Every command takes --variant too: llvm_ad_rgb,\n"
-    "cuda_ad_rgb (an NVIDIA GPU) or scalar_rgb.",
+    "cuda_ad_rgb (an NVIDIA GPU) or scalar_rgb."
+    + ("" if __doc__ else "\n\nWithout descriptions, which Python leaves out where it runs with -OO."),
     suppress_keyboard_interrupt=False,
     default_parameter=Parameter(converter=read_words),
 )

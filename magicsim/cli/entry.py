@@ -13,8 +13,10 @@ from cyclopts.exceptions import UnknownCommandError
 
 from magicsim.cli import dataset, evaluate, fit, info, press, simulate  # noqa: F401
 from magicsim.cli.app import app
+from magicsim.cli.surroundings import end_output, prepare
 from magicsim.config.presets import COMMANDS, EXPERIMENTS, extensions, missing_experiments
 from magicsim.errors import ConfigError, MagicsimError, one_line, unknown_choice
+from magicsim.folder import check_current_folder
 from magicsim.light.variant import VARIANT_VARIABLE, VARIANTS
 
 for _name, _point in extensions(COMMANDS).items():
@@ -41,16 +43,17 @@ STOPPED, UNREAD, TERMINATED = 130, 141, 143
 
 def main() -> None:
     """Entry point: errors are one line on stderr and exit code 2; who ends it finds no half-written results."""
+    prepare()
     # as any other error would: what is being written is cleared away
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(TERMINATED))
     handler = logging.StreamHandler(sys.stderr)
     handler.setFormatter(_OneLine("magicsim: %(message)s"))
     logging.basicConfig(level=logging.WARNING, handlers=[handler])
     try:
+        check_current_folder()
         asked = _with_variant(sys.argv[1:])
         words = present_words(asked)
         _call(words)
-        sys.stdout.flush()
         if words != asked:  # not beside an error, which is one line
             sys.stderr.write(f"magicsim: '{asked[0]}' is '{' '.join(words[:2])}' now\n")
     except UnknownCommandError as error:
@@ -62,9 +65,12 @@ def main() -> None:
     except MagicsimError as error:
         _fail(str(error))
     except BrokenPipeError:  # whoever read the result, such as `head`, has gone: nothing more can be told
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        end_output()
         sys.exit(UNREAD)
+    except UnicodeError as error:  # a name with bytes that are no text, or of which the locale has no letters
+        _fail(str(error))
     except OSError as error:  # a name that is too long, links in a circle, a folder that may not be read
+        end_output()
         where = f"'{error.filename}': " if error.filename is not None else ""
         _fail(f"{where}{error.strerror or error}")
     except KeyboardInterrupt:
@@ -73,12 +79,14 @@ def main() -> None:
 
 
 def _call(words: list[str]) -> None:
-    """Runs a command; returns where it ended well."""
+    """Runs a command; returns where it ended well, and its result is told."""
     try:
         app(words, exit_on_error=False, print_error=False)
     except SystemExit as stop:
         if stop.code:
             raise
+    finally:
+        sys.stdout.flush()
 
 
 def present_words(words: list[str]) -> list[str]:

@@ -62,7 +62,10 @@ def completion(
 ) -> None:  # fmt: skip
     """Print the script that lets a shell complete commands and options; --install puts it in its place."""
     if install:
-        place = str(app.install_completion(shell=shell))
+        try:
+            place = str(app.install_completion(shell=shell))
+        except RuntimeError:
+            raise ConfigError("install is not allowed: there is no home folder; set HOME") from None
         sys.stdout.write(f"{place}\n") if not json else print_object({"shell": shell, "file": place}, on_one_line=True)
         return
     script = app.generate_completion(shell=shell)

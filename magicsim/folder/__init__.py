@@ -6,13 +6,14 @@ Whatever is not whole yet has a name with a random part, which nobody else uses.
 
 from magicsim.folder.listing import LISTING
 from magicsim.folder.result import PRODUCER, check_file, new_folder, refuse_unsigned, result_file, result_folder
-from magicsim.folder.target import MARKER, SIGNATURE, check_place, check_target
+from magicsim.folder.target import MARKER, SIGNATURE, check_current_folder, check_place, check_target
 
 __all__ = [
     "LISTING",
     "MARKER",
     "PRODUCER",
     "SIGNATURE",
+    "check_current_folder",
     "check_file",
     "check_place",
     "check_target",

@@ -112,6 +112,8 @@ def output_errors(target: Path, *, then: str = "") -> Iterator[None]:
     except OSError as error:
         reason = "no space left on the disk" if error.errno == errno.ENOSPC else error.strerror or str(error)
         raise OutputError(f"cannot write {target}: {reason}{then}") from None
+    except UnicodeEncodeError as error:  # of the name: what is written is UTF-8
+        raise OutputError(f"cannot write {target}: no name in {error.encoding}{then}") from None
 
 
 def check_target(target: Path) -> None:
@@ -132,6 +134,14 @@ def check_target(target: Path) -> None:
     check_place(target)
 
 
+def check_current_folder() -> None:
+    """Refuses (`OutputError`) a current folder that is gone, where the renderer and MKL would end the process."""
+    try:
+        os.getcwd()
+    except OSError:
+        raise OutputError("the current folder is gone: change to one that is there") from None
+
+
 def check_place(target: Path) -> None:
     """Refuses (`OutputError`) a folder that cannot be made or written, before any work is done for it."""
     with output_errors(target):
@@ -148,7 +158,9 @@ def check_writable(target: Path, working: Path) -> None:
     Raises:
         OutputError: Something above the target is a file, or a folder that may not be written.
         OSError: A name is too long, leads through links in a circle, or nothing can be made there.
+        UnicodeEncodeError: A name is no text.
     """
+    str(working).encode()  # bytes that are no text, which many libraries refuse
     place, missing = working.parent, [working.name]
     while not os.path.lexists(place):
         missing.append(place.name)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.errors import RenderError
 from magicsim.light.variant import activate_variant
 
 VARIANT = activate_variant()
@@ -16,8 +17,19 @@ VARIANT = activate_variant()
 import drjit  # noqa: E402
 import mitsuba  # noqa: E402
 
+
+class _Mitsuba:
+    """Mitsuba, as long as its variant is the one that everything here was made with."""
+
+    def __getattr__(self, name: str) -> Any:
+        if (now := mitsuba.variant()) != VARIANT:
+            msg = f"mitsuba.set_variant('{now}') was called: set_variant('{VARIANT}') before magicsim renders again"
+            raise RenderError(msg)
+        return getattr(mitsuba, name)
+
+
 dr: Any = drjit
-mi: Any = mitsuba
+mi: Any = _Mitsuba()
 BYTES = 64
 """Length of the longest vector registers [bytes]."""
 

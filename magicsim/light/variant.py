@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 from magicsim.errors import ConfigError, unknown_choice
+from magicsim.folder import check_current_folder
 
 LLVM_VARIANT = "llvm_ad_rgb"
 CUDA_VARIANT = "cuda_ad_rgb"
@@ -62,7 +63,9 @@ def activate_variant() -> str:
 
     Raises:
         ConfigError: The environment names another variant than `VARIANTS`, or one that does not run here.
+        OutputError: The current folder is gone.
     """
+    check_current_folder()
     variant = os.environ.get(VARIANT_VARIABLE) or _choose()
     if variant not in VARIANTS:
         raise ConfigError(unknown_choice(f"variant ({VARIANT_VARIABLE})", variant, VARIANTS))

@@ -58,6 +58,7 @@ _SIZE = re.compile(r'(?<=\s)(?:width|height)="[\d.]+pt" ?')
 _STYLE = {
     "svg.hashsalt": "magicsim",
     "svg.fonttype": "none",
+    "text.parse_math": False,
     "path.simplify": False,
     "font.size": 9.5,
     "axes.titlesize": 9.5,
@@ -167,5 +168,5 @@ def _draw(curve: PressCurve, target: Path, title: str) -> None:
     for panel in (force, area):
         panel.grid(visible=True, color="#e4e4e4", linewidth=0.6)
         panel.set(xlim=(0, None), ylim=(0, None))
-    figure.suptitle(title, fontsize="medium")
+    figure.suptitle(title, fontsize="medium", parse_math=False)
     figure.savefig(target, format="png", dpi=150, metadata={"Software": PRODUCER})

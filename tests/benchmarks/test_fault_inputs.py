@@ -4,17 +4,18 @@ from pathlib import Path
 
 import pytest
 from fault_inputs import register
-from laboratory.input_kinds import program
+from laboratory.input_kinds import program, surroundings
 from laboratory.input_kinds.registry import KINDS, Variation
 
 register()
 OWN = [(kind, each) for kind, variations in KINDS.items() for each in variations
-       if each.attempt.__module__ == program.__name__]  # fmt: skip
+       if each.attempt.__module__ in {program.__name__, surroundings.__name__}]  # fmt: skip
 
 
 @pytest.mark.parametrize(
     "each",
-    [pytest.param(each, id=f"{kind}: {each.name}", marks=[pytest.mark.slow] if "renderer" in kind else [])
+    [pytest.param(each, id=f"{kind}: {each.name}",
+                  marks=[pytest.mark.slow] if each.attempt.__module__ != program.__name__ or "renderer" in kind else [])
      for kind, each in OWN],
 )  # fmt: skip
 def test_answer_is_right_or_one_line(each: Variation, tmp_path: Path):

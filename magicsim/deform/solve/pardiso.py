@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.arrays import Array, Index, Indices
+from magicsim.folder import check_current_folder
 
 THREADS = 2
 """MKL threads that PARDISO plans for, fixed so that results do not depend on how many run it; never more run it."""
@@ -44,7 +45,11 @@ def has_pardiso() -> bool:
 
     Says where MKL is, in the variable that pypardiso and child processes look at: every one of pypardiso's solvers
     would search the whole environment's folders for it.
+
+    Raises:
+        OutputError: The current folder is gone.
     """
+    check_current_folder()
     os.environ.setdefault(WAITING_VARIABLE, "0")
     files = (file for package in metadata.distributions(name="mkl") for file in package.files or ())
     if library := next((file for file in files if "mkl_rt" in file.name), None):

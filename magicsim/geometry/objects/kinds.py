@@ -1,12 +1,14 @@
 """All kinds of rigid objects that approach and press, and how a user's line or file is read."""
 
 import re
+from collections.abc import Collection
 from pathlib import Path
 from typing import Annotated, Any, get_args
 
 from pydantic import Field, TypeAdapter
 
 from magicsim.config.models import read_whole, validate
+from magicsim.config.named_files import MESH_SUFFIXES
 from magicsim.config.presets import find_preset, preset_names
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.objects.everyday import BananaObject, ScissorsObject, ScrewdriverObject, SpannerObject
@@ -42,7 +44,7 @@ OBJECT_KINDS: dict[str, type[ObjectBase]] = {
 def parse_object(text: str) -> AnyObject:
     """Reads `KIND:key=value,key=value`, such as `box:size_mm=4x4x8`, or the name of an object preset, such as `orange`.
 
-    Several numbers are written `4x4x8` or, as in TOML, `[4,4,8]`.
+    Several numbers are written `4x4x8` or, as in TOML, `[4,4,8]`. The name of a mesh may have commas.
 
     Raises:
         ConfigError: Unknown kind, name or key, or a value that is not allowed.
@@ -55,7 +57,7 @@ def parse_object(text: str) -> AnyObject:
         raise ConfigError(unknown_choice("object kind", kind, [*OBJECT_KINDS, *named]))
     values: dict[str, Any] = {"kind": kind}
     given: set[str] = set()
-    for setting in filter(None, _BETWEEN.split(settings)):
+    for setting in _settings(settings, OBJECT_KINDS[kind].model_fields):
         key, separator, value = setting.partition("=")
         if not separator:
             raise ConfigError(f"object '{text}': '{setting}' is not of the form key=value")
@@ -66,6 +68,18 @@ def parse_object(text: str) -> AnyObject:
         values[name] = _numbers(value) if name in SEQUENCES else value
     model = validate(OBJECT_KINDS[kind], values, source=f"object '{text}'")
     return TypeAdapter(ObjectConfig).validate_python(model)
+
+
+def _settings(text: str, keys: Collection[str]) -> list[str]:
+    """Parts between commas, but for those in the name of a mesh, which ends as meshes do."""
+    parts: list[str] = []
+    for part in _BETWEEN.split(text):
+        key, _, name = parts[-1].partition("=") if parts else ("", "", "")
+        if key.strip() == "path" and not name.lower().endswith(MESH_SUFFIXES) and part.partition("=")[0] not in keys:
+            parts[-1] += f",{part}"
+        elif part:
+            parts.append(part)
+    return parts
 
 
 def _numbers(text: str) -> str | list[str]:

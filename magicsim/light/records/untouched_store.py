@@ -47,21 +47,25 @@ class UntouchedStore(KeptFiles):
             with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
                 state = _restored(stored)
             self.touch(path)
-        except FileNotFoundError:
+        except (FileNotFoundError, NotADirectoryError):
             return None
+        except MagicsimError:  # it is not the file
+            raise
         except Exception as error:
             LOGGER.warning("%s cannot be read (%s) and is computed anew", path, type(error).__name__)
             return None
         return state
 
-    def save(self, key: str, state: Untouched) -> None:
-        """Keeps a sensor, and lets the oldest go; a folder that cannot be written is none."""
+    def save(self, key: str, state: Untouched) -> bool:
+        """Keeps a sensor, and lets the oldest go; whether the folder can be written."""
         try:
             with result_file(self._path(key)) as partial, partial.open("wb") as file:
                 np.savez(file, **_stored(state))
             self.shrink()
         except (OSError, MagicsimError) as error:
             LOGGER.warning("nothing is kept in %s: %s", self.folder, error)
+            return False
+        return True
 
     def _path(self, key: str) -> Path:
         return self.folder / f"magicsim-untouched-{hashlib.sha256((_program() + key).encode()).hexdigest()}.npz"
@@ -146,8 +150,8 @@ class UntouchedStates:
 
     def keep(self, key: str, state: Untouched, *, on_disk: bool = False) -> None:
         """Keeps a state, and lets the one go that was not asked for the longest."""
-        if on_disk and self._store is not None:
-            self._store.save(key, state)
+        if on_disk and self._store is not None and not self._store.save(key, state):
+            self._store = None
         self._states[key] = state
         while len(self._states) > 2 * KEPT:
             self._states.popitem(last=False)

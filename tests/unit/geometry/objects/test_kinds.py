@@ -96,6 +96,12 @@ def test_mesh_is_not_read_before_its_shape_is_asked_for():
         thing.shape()
 
 
+@pytest.mark.parametrize("name", ["a,b.stl", "a,,b c=2.stl", "a#%'.stl", "ü:\\x.stl"])
+def test_name_of_a_mesh_may_have_any_sign(name: str):
+    assert parse_object(f"mesh:scale=2,path={name},roll_deg=3").path == name
+    assert parse_object(f"mesh:path={name}").path == name
+
+
 def test_colour_and_orientation_are_read_beside_the_shape():
     thing = parse_object("sphere:radius_mm=4, color=0.1x0.2x0.3, roll_deg=-5")
     assert thing.color == (0.1, 0.2, 0.3)
