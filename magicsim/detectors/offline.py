@@ -14,13 +14,12 @@ from magicsim.detectors.fusion import References, fuse
 from magicsim.detectors.grasp import GraspStage, GraspState, step_grasp
 from magicsim.detectors.orientation import turned_against
 from magicsim.detectors.profile import DetectorProfile, load_profile
+from magicsim.detectors.references import said_of, told_of_references
 from magicsim.detectors.source import SourceFrame, read_source, source_kind
 from magicsim.detectors.verdict import (
     NUMBERS,
     WORDS,
-    Contact,
     FeatureAtRest,
-    Proximity,
     Verdict,
     features_at_rest,
     marked,
@@ -91,26 +90,11 @@ def fuse_source(reference: str | Path, profile: DetectorProfile) -> tuple[Refere
     """References from the first frames of a source of the untouched sensor, and what E, C and S are on these."""
     with closing(_reference_images(reference)) as images:
         taken = list(islice(images, profile.reference_count))
+    for odd in told_of_references(taken, said_of(taken, profile)):
+        _LOG.warning("%s", odd)
     references = fuse(taken, profile)
     verdicts = [detect(image, references, profile) for image in taken]
-    if odd := untouched_unlike([(each.proximity, each.combined) for each in verdicts]):
-        _LOG.warning("%s", odd)
     return references, features_at_rest(verdicts)
-
-
-def untouched_unlike(said: Sequence[tuple[str, str]]) -> str | None:
-    """One line where frames that should show the untouched sensor do not; None where they do.
-
-    Args:
-        said: Verdicts on proximity and, with everything known taken into account, on contact of each.
-    """
-    odd = [number for number, each in enumerate(said) if each != (Proximity.NORMAL, Contact.UNTOUCHED)]
-    if not odd:
-        return None
-    return (
-        f"{len(odd)} of {len(said)} reference frames do not look untouched beside the others, the first of them frame "
-        f"{odd[0]} ({', '.join(said[odd[0]])}); references are frames of the untouched sensor"
-    )
 
 
 def _reference_images(reference: str | Path) -> Generator[Frame, None, None]:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from magicsim.arrays import Array, Frame
-from magicsim.detectors.offline import untouched_unlike
 from magicsim.detectors.orientation import turned_against
+from magicsim.detectors.references import told_of_references
 from magicsim.detectors.verdict import FEATURES, Contact, Proximity
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.evaluation.detector import Detection, Detector, MakeDetector, tried
@@ -93,7 +93,7 @@ def _ask_references(references: Sequence[Frame], make: MakeDetector, take: str, 
     """Warns where the detector itself does not take its references for frames of the untouched sensor."""
     detector = fitted(make, references, who=who)
     said = [detection_of(detector, each, who=who) for each in references]
-    if odd := untouched_unlike([(each.proximity, each.contact) for each in said]):
+    for odd in told_of_references(references, [(each.proximity, each.contact) for each in said]):
         _LOG.warning("%s: %s", take, odd)
 
 

@@ -17,9 +17,10 @@ from magicsim.dataset.export.source import open_dataset
 from magicsim.dataset.frames import FrameTable, open_frames
 from magicsim.dataset.manifest import MANIFEST
 from magicsim.detectors.features import Episode
-from magicsim.detectors.offline import json_text, rows, table_lines, untouched_unlike
+from magicsim.detectors.offline import json_text, rows, table_lines
 from magicsim.detectors.picture import read_image
 from magicsim.detectors.profile import load_profile
+from magicsim.detectors.references import told_of_references
 from magicsim.detectors.verdict import Verdict
 from magicsim.errors import ConfigError
 from magicsim.evaluation.answers import warn_of_turned
@@ -216,7 +217,7 @@ def write_existing_verdicts(
         untouched = list(islice(film.images.references(), chosen.reference_count))
         detector = SensorDetector.of(untouched, chosen, is_coated=coated)
         said = [detector.verdict(each) for each in untouched]
-        if odd := untouched_unlike([(each.proximity, each.combined) for each in said]):
+        for odd in told_of_references(untouched, [(each.proximity, each.combined) for each in said]):
             _LOG.warning("%s: %s", film.tag.take, odd)
         for number, frame in enumerate(film.images.frames()):
             if number == 0:

@@ -1,5 +1,6 @@
 """Frames of a real sensor in one state, averaged."""
 
+import logging
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass
@@ -13,9 +14,11 @@ from magicsim.camera.camera import Camera
 from magicsim.dataset.frames import open_frames
 from magicsim.dataset.manifest import MANIFEST
 from magicsim.detectors.frame import Frame
+from magicsim.detectors.references import said_of, told_of_references
 from magicsim.detectors.source import read_source, source_kind
 from magicsim.errors import ConfigError, FrameError, unknown_choice
 
+_LOG = logging.getLogger(__name__)
 MOST_FRAMES = 60
 """Frames that are read at most; more would not lower the noise that matters."""
 SATURATED, MOST_SATURATED = 255, 0.01
@@ -53,6 +56,8 @@ def observe(
         if each.shape != shape:
             size = f"{each.shape[0]} rows and {each.shape[1]} columns, the rig's camera {shape[0]} and {shape[1]}"
             raise FrameError(f"{source}: an image has {size}; set rig.camera.rows and rig.camera.columns")
+    for odd in told_of_references(frames, said_of(frames) if frame is None else []):
+        _LOG.warning("%s: %s", source, odd)
     stack = np.asarray(frames, np.float64)
     lost = float((stack >= SATURATED).mean())
     if lost > MOST_SATURATED:

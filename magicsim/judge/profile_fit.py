@@ -15,8 +15,8 @@ from magicsim.detectors.calibrate import Candidates, fit_profile
 from magicsim.detectors.combined import detect_all
 from magicsim.detectors.features import Episode, scored_classes
 from magicsim.detectors.fusion import fuse
-from magicsim.detectors.offline import untouched_unlike
 from magicsim.detectors.profile import DetectorProfile, load_profile, save_profile
+from magicsim.detectors.references import said_of, told_of_references
 from magicsim.detectors.thresholds import fit_widths
 from magicsim.detectors.verdict import Proximity, Verdict
 from magicsim.errors import ConfigError, FrameError, OutputError, unknown_choice
@@ -101,8 +101,7 @@ def calibrate(
         fitted = fit_profile(start, labelled, candidates)
         profile = fit_widths(fitted.best.profile, labelled)
         for episode in labelled:
-            at_rest = detect_all(episode.references, fuse(episode.references, profile), profile)
-            if odd := untouched_unlike([(each.proximity, each.combined) for each in at_rest]):
+            for odd in told_of_references(episode.references, said_of(episode.references, profile)):
                 _LOG.warning("%s", odd)
         seen, unseen = score_profile(profile, labelled), cross_validate(start, labelled, candidates)
         before = _base_score(start, labelled)

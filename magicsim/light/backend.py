@@ -4,6 +4,8 @@ They are untyped here: their stubs describe all variants at once. Dr.Jit looks f
 so the right one must be named before that.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -30,6 +32,20 @@ class _Mitsuba:
 
 dr: Any = drjit
 mi: Any = _Mitsuba()
+
+
+@contextmanager
+def plain_errors() -> Iterator[None]:
+    """Errors as they were raised, Ctrl-C among them: the renderer's loops wrap each into a `RuntimeError`."""
+    try:
+        yield
+    except RuntimeError as error:
+        cause: BaseException = error
+        while type(cause) is RuntimeError and cause.__cause__ is not None:
+            cause = cause.__cause__
+        raise cause from None
+
+
 BYTES = 64
 """Length of the longest vector registers [bytes]."""
 

@@ -10,7 +10,7 @@ from magicsim.camera.film import Film, film
 from magicsim.errors import RenderError
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.backend import VARIANT, mi
+from magicsim.light.backend import VARIANT, mi, plain_errors
 from magicsim.light.facing.finger import FacingFinger
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.variant import SCALAR_VARIANT
@@ -178,6 +178,7 @@ class PlainRenderer:
             return None
         return view.indenter.pose.to_sensor(self.object_mesh.vertices)
 
+    @plain_errors()
     def _lit(self, world: World, names: list[str], *, turn: int = 0, read: Film | None = None) -> FloatImage:
         """An image by some lights, others being off; every turn is independent of the others."""
         used, settings, seed = read or self._film, self.settings, self.seed + turn

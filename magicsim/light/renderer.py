@@ -14,7 +14,7 @@ from magicsim.camera.camera import Window
 from magicsim.camera.film import film
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.backend import dr
+from magicsim.light.backend import dr, plain_errors
 from magicsim.light.facing.finger import FacingFinger, FingerBody
 from magicsim.light.facing.glow import Glow, facing_light
 from magicsim.light.frame.anchored_image import REACH_PX, anchored_change, anchored_image
@@ -126,6 +126,7 @@ class Renderer(PlainRenderer):
         """
         return self.render(view)[0]
 
+    @plain_errors()
     def render(self, view: View) -> tuple[FloatImage, Origin]:
         """Radiance of a view, and the origin of its light.
 
@@ -143,6 +144,7 @@ class Renderer(PlainRenderer):
         changed = np.asarray(np.maximum(image + change, 0), np.float32)
         return changed, Origin(light="outside", image="recorded") if origin == AT_REST else origin
 
+    @plain_errors()
     def metered(self) -> FloatImage:
         """The whole untouched image, which exposure is measured on, shape (rows, columns, 3)."""
         if self._is_anchored:

@@ -3,6 +3,7 @@
 Equal states are rendered once, exposure is metered once.
 """
 
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -91,8 +92,8 @@ class Darkroom:
         """
         return self._ready.camera.passed(self._lit(moment), self._memory(moment), moment.at)
 
-    def expose(self, exposure_grey: float) -> None:
-        """Meters again on the untouched sensor, aiming at another mean grey level; nothing is rendered anew.
+    def exposed(self, exposure_grey: float) -> "Darkroom":
+        """One that meters again on the untouched sensor, aiming at another mean grey level; nothing is rendered anew.
 
         Raises:
             ConfigError: The level is not allowed.
@@ -100,11 +101,13 @@ class Darkroom:
         rig = self.sensor.rig
         values = rig.camera.model_dump() | {"exposure_grey": exposure_grey}
         camera = validate(Camera, values, source="exposure")
-        self.sensor = self.sensor.with_rig(rig.model_copy(update={"camera": camera}), is_alike=True)
-        self._shot = None
+        other = copy(self)
+        other.sensor = self.sensor.with_rig(rig.model_copy(update={"camera": camera}), is_alike=True)
+        other._shot = None
+        return other
 
-    def resize(self, *, columns: int, rows: int) -> None:
-        """Renders with so many pixels from now on, and meters again; what they see along x stays `camera.field_mm`.
+    def resized(self, *, columns: int, rows: int) -> "Darkroom":
+        """One that renders with so many pixels, and meters again; what they see along x stays `camera.field_mm`.
 
         Raises:
             ConfigError: The size is not allowed.
@@ -113,10 +116,8 @@ class Darkroom:
         values = rig.camera.model_dump() | {"columns": columns, "rows": rows}
         camera = validate(Camera, values, source="image size")
         if camera == rig.camera:
-            return
-        self.sensor = self.sensor.with_rig(rig.model_copy(update={"camera": camera}))
-        self._shot = self._strips = None
-        self._seen.clear()
+            return self
+        return Darkroom(self.sensor.with_rig(rig.model_copy(update={"camera": camera})), self._output)
 
     @property
     def is_metered(self) -> bool:

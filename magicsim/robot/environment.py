@@ -18,7 +18,7 @@ from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.grip.load import Load
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.lift import Lift, Reach
-from magicsim.robot.live import MAX_SEED
+from magicsim.robot.live import MAX_SEED, still_to_come
 from magicsim.robot.picture import Picture
 from magicsim.robot.quality import find_quality
 from magicsim.robot.workspace import Range
@@ -191,10 +191,12 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             if self._gripper is None:
                 space = self.reach.workspace
                 self._gripper = Gripper(self._scene, workspace=space, quality=self.quality, told=self._told)
+            self._lift = None  # until all of it is reset, whatever interrupts it
             self._gripper.reset(seed=noise)
-            self._lift = Lift(self._gripper, load=load, width_mm=self.reach.width_at_mm(gap), place=start)
-            self._steps = self._held = 0
-            return self._observe(self._lift, np.zeros(2)), self._info(self._lift)
+            lift = Lift(self._gripper, load=load, width_mm=self.reach.width_at_mm(gap), place=start)
+            observed = self._observe(lift, np.zeros(2)), self._info(lift)
+            self._lift, self._steps, self._held = lift, 0, 0
+            return observed
 
     def step(self, action: npt.NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Moves the fingers for the time of one frame.
@@ -207,9 +209,15 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """
         if self._lift is None:
             raise ConfigError("step is not allowed yet: call reset() first")
-        speeds = self._checked(action)
-        with waiting("a step of the environment", self._told):
-            return self._step(self._lift, speeds)
+        speeds, lift = self._checked(action), self._lift
+        before = lift.gripper.now(), lift.state, self._steps, self._held, self._frames
+        try:
+            with waiting("a step of the environment", self._told), still_to_come(*lift.gripper.fingers):
+                return self._step(lift, speeds)
+        except BaseException:
+            moment, lift.state, self._steps, self._held, self._frames = before
+            lift.gripper.go_back(moment)
+            raise
 
     def _checked(self, action: object) -> npt.NDArray[np.float64]:
         try:

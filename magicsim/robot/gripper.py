@@ -4,6 +4,8 @@ Frames are those of `magicsim.robot.fingers`. Each finger is solved and rendered
 object; each sees the other one behind the object (`magicsim.light.facing`).
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from types import TracebackType
 from typing import Self
@@ -18,7 +20,7 @@ from magicsim.robot.grip.linkage import Linkage, close_until
 from magicsim.robot.grip.load import Hold, Load
 from magicsim.robot.grip.pair import BALANCE_N, FingerPair, finger_seed, float_between
 from magicsim.robot.grip.truth import GripFrames, GripMoment, GripState, GripTruth, grip_truth
-from magicsim.robot.live import LEAST_WIDTH_MM, MAX_SEED, LiveSensor
+from magicsim.robot.live import LEAST_WIDTH_MM, MAX_SEED, LiveSensor, still_to_come
 from magicsim.robot.quality import Quality
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
@@ -165,17 +167,13 @@ class Gripper:
             ConvergenceError: No valid equilibrium was found; both fingers stay where they were.
         """
         self._check_width(width_mm)
-        before, asked = self._pair.moments(), place or self.place
-        try:
-            with waiting("moving the fingers", self._told):
-                if floats:
-                    asked = float_between(self._pair, asked, width_mm)
-                else:
-                    self._pair.put(asked, width_mm)
-        except BaseException:
-            self._pair.go_back(before)
-            raise
-        self._state = GripState(width_mm=width_mm, place=asked)
+        asked = place or self.place
+        with self._whole("moving the fingers"):
+            if floats:
+                asked = float_between(self._pair, asked, width_mm)
+            else:
+                self._pair.put(asked, width_mm)
+            self._state = GripState(width_mm=width_mm, place=asked)
 
     def hold(
         self, width_mm: float | None = None, *, load: Load | None = None, most_slide_mm: float = MOST_SLIDE_MM
@@ -208,22 +206,18 @@ class Gripper:
                 "close(width, place=...)"
             )
         acting = self._state.load if load is None else load
-        before = self._pair.moments()
-        try:
-            with waiting("finding where the object rests", self._told):
-                held = settle(self._pair, self.place, width, acting, most_slide_mm=most_slide_mm)
-        except BaseException:
-            self._pair.go_back(before)
-            raise
-        self._state = GripState(
-            width_mm=width, place=held.place, hold=held.hold, load=acting, slid_mm=held.slid_mm, limit=held.limit
-        )
-        return held.hold
+        with self._whole("finding where the object rests"):
+            held = settle(self._pair, self.place, width, acting, most_slide_mm=most_slide_mm)
+            self._state = GripState(
+                width_mm=width, place=held.place, hold=held.hold, load=acting, slid_mm=held.slid_mm, limit=held.limit
+            )
+            return held.hold
 
     def remove_object(self) -> None:
         """Takes the object away; the fingers stay where they are, and `close` puts it between them again."""
-        self._pair.take_away(self.width_mm)
-        self._state = GripState(width_mm=self.width_mm, place=self.place, hold=Hold.AWAY)
+        with self._whole("taking the object away"):
+            self._pair.take_away(self.width_mm)
+            self._state = GripState(width_mm=self.width_mm, place=self.place, hold=Hold.AWAY)
 
     def accompany(self, pose: Pose | None) -> None:
         """Puts what is seen beside the object somewhere until the object is removed, or takes it away.
@@ -234,8 +228,9 @@ class Gripper:
         Raises:
             ConfigError: The gripper was built without a companion.
         """
-        for side, finger in zip(SIDES, self.fingers, strict=True):
-            finger.accompany(None if pose is None else pose.seen_from(finger_pose(side, self.width_mm)))
+        with self._whole("placing what is seen beside the object"):
+            for side, finger in zip(SIDES, self.fingers, strict=True):
+                finger.accompany(None if pose is None else pose.seen_from(finger_pose(side, self.width_mm)))
 
     def turn_to(self, angle_deg: float, *, dt_s: float, load: Load | None = None, floats: bool = False) -> Hold:
         """Turns the cranks towards an angle for some time, no faster than they can, and stops where the motors stall.
@@ -260,19 +255,15 @@ class Gripper:
         check_number("angle_deg", angle_deg, -360, 360)
         target = self.linkage.width_mm(self.linkage.turned_deg(self.angle_deg, angle_deg, dt_s=dt_s))
         acting = load if load is not None or self.outcome is Hold.PLACED else self._state.load
-        before, slid = self.now(), self._pair.slid_mm
-        try:
-            with waiting("turning the cranks", self._told):
-                is_stalled = self._close_to(target, acting, floats=floats)
-        except BaseException:
-            self.go_back(before)
-            raise
-        state = replace(self._state, is_stalled=is_stalled)
-        if state.hold in {Hold.HELD, Hold.SLIPPED}:  # of the whole way, not of its last step
-            way = max(now - then for now, then in zip(self._pair.slid_mm, slid, strict=True))
-            state = replace(state, hold=Hold.of_way(way), slid_mm=way)
-        self._state = state
-        return self.outcome
+        slid = self._pair.slid_mm
+        with self._whole("turning the cranks"):
+            is_stalled = self._close_to(target, acting, floats=floats)
+            state = replace(self._state, is_stalled=is_stalled)
+            if state.hold in {Hold.HELD, Hold.SLIPPED}:  # of the whole way, not of its last step
+                way = max(now - then for now, then in zip(self._pair.slid_mm, slid, strict=True))
+                state = replace(state, hold=Hold.of_way(way), slid_mm=way)
+            self._state = state
+            return state.hold
 
     def now(self) -> GripMoment:
         """The present moment of fingers and object, for `go_back`."""
@@ -290,11 +281,11 @@ class Gripper:
     def frames(self) -> GripFrames:
         """The next frame of both fingers, with their common truth."""
         angle = self.angle_deg
-        with waiting("rendering both fingers", self._told):
+        with waiting("rendering both fingers", self._told), still_to_come(*self.fingers):
             moments = self.upper.grab(), self.lower.grab()
             upper, lower = self.upper.develop(moments[0]), self.lower.develop(moments[1])
-        truth = grip_truth(self._state, upper.truth, lower.truth, angle_deg=angle)
-        return GripFrames(upper=upper, lower=lower, truth=truth)
+            truth = grip_truth(self._state, upper.truth, lower.truth, angle_deg=angle)
+            return GripFrames(upper=upper, lower=lower, truth=truth)
 
     def release(self) -> None:
         """Lets go of both sensors; may be called again."""
@@ -310,6 +301,17 @@ class Gripper:
     ) -> None:
         """Releases."""
         self.release()
+
+    @contextmanager
+    def _whole(self, doing: str) -> Iterator[None]:
+        """All of what is done with both fingers, or nothing where it fails or is interrupted."""
+        before = self.now()
+        try:
+            with waiting(doing, self._told):
+                yield
+        except BaseException:
+            self.go_back(before)
+            raise
 
     def _close_to(self, width_mm: float, load: Load | None, *, floats: bool) -> bool:
         """Turns the cranks until the faces are so far apart, or the motors stall: says whether they did."""

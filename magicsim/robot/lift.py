@@ -144,22 +144,22 @@ class Lift:
         width, finger = last.width_mm - 2 * closing_mm, last.finger_mm + rising_mm
         try:
             height = self._settle(width, finger)
+            truth = gripper.truth()
+            fell = height == 0 < last.object_mm and last.object_mm + min(rising_mm, 0.0) > 0
+            ways = [each.slid_mm - way for each, way in zip(gripper.fingers, slid, strict=True)]
+            self.state = LiftState(
+                width_mm=width,
+                finger_mm=finger,
+                object_mm=height,
+                carried_n=truth.force_n[1],
+                normal_n=max(truth.upper.force_n[2], truth.lower.force_n[2]),
+                slip_share=max(each.slip_share for each in gripper.fingers),
+                slip_mm=max(ways),
+                hold=Hold.DROPPED if fell else gripper.outcome,
+            )
         except BaseException:
             gripper.go_back(before)
             raise
-        truth = gripper.truth()
-        fell = height == 0 < last.object_mm and last.object_mm + min(rising_mm, 0.0) > 0
-        ways = [each.slid_mm - way for each, way in zip(gripper.fingers, slid, strict=True)]
-        self.state = LiftState(
-            width_mm=width,
-            finger_mm=finger,
-            object_mm=height,
-            carried_n=truth.force_n[1],
-            normal_n=max(truth.upper.force_n[2], truth.lower.force_n[2]),
-            slip_share=max(each.slip_share for each in gripper.fingers),
-            slip_mm=max(ways),
-            hold=Hold.DROPPED if fell else gripper.outcome,
-        )
         return self.state
 
     def _settle(self, width_mm: float, finger_mm: float) -> float:

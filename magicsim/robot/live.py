@@ -1,6 +1,7 @@
 """A simulated sensor whose object and lights the user's code moves, in any order, one frame at a time."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -105,10 +106,12 @@ class LiveSensor:
         """
         asked = self.sensor.seed if seed is None else seed
         check_number("seed", asked, 0, MAX_SEED - 1, whole=True)
-        self._seed = int(asked)
-        self._index, self._time_s = 0, 0.0
-        self._memory: CameraMemory | None = None
-        self._state, self._deformation, self._slid_mm, self._led_strength = UNTOUCHED, self.sensor.rest, 0.0, FULL
+        self._memory: CameraMemory | None
+        # What belongs together is replaced at once, so that an interrupt finds all of it or nothing.
+        (
+            self._seed, self._index, self._time_s, self._memory, self._state, self._deformation, self._slid_mm,
+            self._led_strength,
+        ) = int(asked), 0, 0.0, None, UNTOUCHED, self.sensor.rest, 0.0, FULL  # fmt: skip
 
     @property
     def sensor(self) -> Sensor:
@@ -211,9 +214,9 @@ class LiveSensor:
         Args:
             moment: From `grab` or `now` of this sensor.
         """
-        self._state, self._deformation = replace(moment.state, passing_mm=None), moment.deformation
-        self._slid_mm = moment.slid_mm
-        self._led_strength = moment.led_strength
+        self._state, self._deformation, self._slid_mm, self._led_strength = (
+            replace(moment.state, passing_mm=None), moment.deformation, moment.slid_mm, moment.led_strength
+        )  # fmt: skip
 
     def remove_object(self) -> None:
         """Takes the object away; the skin forgets it."""
@@ -278,8 +281,7 @@ class LiveSensor:
         Raises:
             ConfigError: The level is not allowed.
         """
-        self._open.expose(exposure_grey)
-        self._memory = None
+        self._darkroom, self._memory = self._open.exposed(exposure_grey), None
 
     def set_frame_rate(self, frames_per_second: float) -> None:
         """Sets how much time passes from one frame to the next.
@@ -296,8 +298,7 @@ class LiveSensor:
         Raises:
             ConfigError: The size is not allowed.
         """
-        self._open.resize(columns=columns, rows=rows)
-        self._memory = None
+        self._darkroom, self._memory = self._open.resized(columns=columns, rows=rows), None
 
     def now(self) -> Moment:
         """The present moment, without taking it from the stream."""
@@ -319,12 +320,11 @@ class LiveSensor:
         Raises:
             RenderError: The camera's next frame depends on this one, whose image is not valid.
         """
-        moment = self.now()
+        moment, memory = self.now(), self._memory
         if self.sensor.rig.camera.history:
             with waiting(self._rendering, self._told):
-                self._memory = self._open.passed(moment)
-        self._index += 1
-        self._time_s += 1 / self._frames_per_second
+                memory = self._open.passed(moment)
+        self._index, self._time_s, self._memory = self._index + 1, self._time_s + 1 / self._frames_per_second, memory
         return moment
 
     def develop(self, moment: Moment) -> SimulatedFrame:
@@ -338,12 +338,8 @@ class LiveSensor:
 
     def frame(self) -> SimulatedFrame:
         """The next frame: RGB image, shape (rows, columns, 3), and ground truth; one that fails is still to come."""
-        before = self._index, self._time_s, self._memory
-        try:
+        with still_to_come(self):
             return self.develop(self.grab())
-        except BaseException:
-            self._index, self._time_s, self._memory = before
-            raise
 
     def close(self) -> None:
         """Lets go of solver, scenes and images; may be called again."""
@@ -383,6 +379,18 @@ class LiveSensor:
         with waiting("solving the contact", self._told):
             deformation, slid_mm = travel(sensor, self._state, state, self._deformation, self._area_mm2)
         self._state, self._deformation, self._slid_mm = state, deformation, self._slid_mm + slid_mm
+
+
+@contextmanager
+def still_to_come(*sensors: LiveSensor) -> Iterator[None]:
+    """Frames of these sensors, of which none is taken from its stream where one fails or is interrupted."""
+    before = [(each._index, each._time_s, each._memory) for each in sensors]
+    try:
+        yield
+    except BaseException:
+        for each, stream in zip(sensors, before, strict=True):
+            each._index, each._time_s, each._memory = stream
+        raise
 
 
 def live_sensor(

@@ -143,14 +143,15 @@ class RunFolder(Generic[Index]):
         ledger.refuse_foreign(beside={ERRORS, *self.beside, *filter(owned, files_below(out))})
         return ledger
 
-    def refuse_another(self, out: Path, earlier: Index, now: Index) -> None:
-        """Refuses (`OutputError`) to go on with the files of another run, or of other code."""
+    def refuse_another(self, out: Path, earlier: Index, now: Index, *, other: str = "") -> None:
+        """Refuses (`OutputError`) to go on with the files of another run (`other` in its words), or of other code."""
         if earlier.config_hash != now.config_hash:
-            msg = f"'{out}' holds {self.other or f'another {self.noun} (see its {CONFIG})'}; name another folder"
+            another = other or self.other or f"another {self.noun} (see its {CONFIG})"
+            msg = f"'{out}' holds {another}; name another folder"
             raise OutputError(msg)
         before, present = (each.versions | {"variant": each.variant} for each in (earlier, now))
-        if other := other_code(before, present):
-            msg = f"'{out}' was begun with {other}: its results would differ; begin anew in another folder"
+        if code := other_code(before, present):
+            msg = f"'{out}' was begun with {code}: its results would differ; begin anew in another folder"
             raise OutputError(msg)
 
     def write_index(self, ledger: Ledger, index: Index) -> None:

@@ -11,69 +11,18 @@ from magicsim.dataset.frames import open_frames
 from magicsim.dataset.manifest import MANIFEST
 from magicsim.dataset.real.description import FrameForm
 from magicsim.dataset.real.sequence import RealFrame
-from magicsim.detectors.combined import detect_all
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.fusion import fuse
-from magicsim.detectors.offline import untouched_unlike
 from magicsim.detectors.orientation import TURNS, Change, after, better_changes, turned, turned_against
-from magicsim.detectors.profile import load_profile
-from magicsim.errors import ConfigError, FrameError
+from magicsim.detectors.references import LEAST_MEAN, black_frames, said_of, told_of_references
+from magicsim.errors import ConfigError
 from magicsim.judge.recorded import read_episode
 
 MOST_RATIO = 1.1
 """Brightness of frames over that of their references, or of one channel over the others', that is told."""
-MOST_DRIFT = 0.03
-"""Difference of a reference's brightness from the usual one that is told."""
 LIKE_RATIO = 1.25
 """Mean brightness against that of another sensor that is told."""
-MOST_SATURATED, LEAST_MEAN = 0.2, 10.0
-"""Share of saturated pixels, and mean grey level, that are told."""
-
-
-def told_of_references(untouched: Sequence[Frame]) -> Iterator[str]:
-    """References that are not alike, or not of an untouched sensor, as `detect` asks it with the published profile."""
-    means = np.array([each.mean((0, 1)) for each in untouched]) + 1
-    if not len(means):
-        return
-    black = _black(means, means[np.argmax(means.sum(1))])
-    if black:
-        yield f": reference frames {_numbers(black)} are black: leave out what a camera gives before it is ready"
-    lit = [number for number in range(len(means)) if number not in black]
-    shares = means[lit] / np.median(means[lit], 0)
-    levels = np.median(shares, 1)
-    tints = (shares.max(1) / shares.min(1)) > MOST_RATIO
-    if coloured := [number for number, is_tinted in zip(lit, tints, strict=True) if is_tinted]:
-        yield f": reference frames {_numbers(coloured)} have other colours than the rest: lock the white balance"
-    drifting = [
-        number
-        for number, level, is_tinted in zip(lit, levels, tints, strict=True)
-        if abs(level - 1) > MOST_DRIFT and not is_tinted
-    ]
-    if drifting:
-        span = f"{100 * levels.min():.0f} to {100 * levels.max():.0f} %"
-        yield (
-            f": references drift, with {span} of their usual brightness (frames {_numbers(drifting)}): lock the "
-            "exposure, and leave out the first frames"
-        )
-    profile = load_profile("published")
-    try:
-        references = fuse(untouched, profile)
-    except FrameError:  # too few, or a sensor whose grid this profile does not see
-        return
-    said = detect_all(untouched, references, profile)
-    if odd := untouched_unlike([(each.proximity, each.combined) for each in said]):
-        yield f": {odd}"
-
-
-def _black(means: Array, usual: Array) -> list[int]:
-    """Numbers of frames that are black beside a usual one, by mean grey levels of shape (frames, 3)."""
-    return np.flatnonzero(means.mean(1) < min(LEAST_MEAN, usual.mean() / 2)).tolist()
-
-
-def _numbers(numbers: Sequence[int]) -> str:
-    """Numbers as a text, the first three and how many there are."""
-    shown = ", ".join(map(str, numbers[:3]))
-    return shown if len(numbers) <= 3 else f"{shown} and {len(numbers) - 3} more"  # noqa: PLR2004
+MOST_SATURATED = 0.2
+"""Share of saturated pixels that is told."""
 
 
 def told_of_exposure(gain: float, untouched: Sequence[Frame], sampled: Sequence[RealFrame]) -> Iterator[str]:
@@ -95,7 +44,7 @@ def told_of_exposure(gain: float, untouched: Sequence[Frame], sampled: Sequence[
     if is_black:
         yield f": the mean grey level is {mean:.1f} of 255: expose more, or set gain"
     means = np.array([each.image.mean((0, 1)) for each in sampled]).reshape(-1, 3) + 1
-    if black := _black(means, np.median(means, 0)) if len(means) else []:
+    if black := black_frames(means, np.median(means, 0)) if len(means) else []:
         yield f": frames such as '{sampled[black[0]].name}' are black: leave out what a camera gives before it is ready"
     if not untouched or not sampled:
         return
@@ -109,7 +58,7 @@ def told_of_exposure(gain: float, untouched: Sequence[Frame], sampled: Sequence[
         named = ", ".join(f"{channel} {ratio:.2f}" for channel, ratio in zip("RGB", ratios, strict=True))
         yield f": colours differ from the untouched frames' ({named}): lock the white balance"
     if not 1 / MOST_RATIO <= overall <= MOST_RATIO:
-        steady = not [*told_of_references(untouched)] and apart <= MOST_RATIO
+        steady = not [*told_of_references(untouched, said_of(untouched))] and apart <= MOST_RATIO
         or_gain = f", or set gain = {gain / overall:.3g} there" if steady else ""
         told = f": frames are {overall:.2f} times as bright as the untouched ones: record both with locked exposure"
         yield told + or_gain

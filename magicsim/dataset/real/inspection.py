@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.dataset.real.appearance import Likeness, told_of_exposure, told_of_references
+from magicsim.dataset.real.appearance import Likeness, told_of_exposure
 from magicsim.dataset.real.description import RealSource
 from magicsim.dataset.real.labels import CONTACT_LABELS, Row, is_empty, size_of_force
 from magicsim.dataset.real.sequence import RecordedSequence, check_size, sequences_of
 from magicsim.detectors.order import listed_images
+from magicsim.detectors.references import said_of, told_of_references
 from magicsim.errors import ConfigError
 from magicsim.frame_class import FrameClass
 from magicsim.judge.plausible import odd_labels
@@ -83,7 +84,10 @@ def inspect_sequences(real: RealSource, sequences: Sequence[RecordedSequence]) -
         recording = _recording(sequence, len(untouched), size)
         recordings.append(recording)
         told = [*_of_labels(sequence), *_of_clock(sequence, recording), *_of_numbers(sequence)]
-        told += [*told_of_references(untouched), *told_of_exposure(sequence.source.gain, untouched, survey.samples)]
+        told += [
+            *(f": {odd}" for odd in told_of_references(untouched, said_of(untouched))),
+            *told_of_exposure(sequence.source.gain, untouched, survey.samples),
+        ]
         advice += [*sequence.remarks, *(f"{sequence.field}{line}" for line in told)]
         if likeness is not None and untouched:
             advice += likeness.advice(np.mean(untouched, 0), real.description.frames)

@@ -24,7 +24,7 @@ from magicsim.dataset.real.labels import CONTACT_LABELS
 from magicsim.dataset.real.sequence import RealFrame, RecordedSequence, check_size, sequences_of
 from magicsim.dataset.shard import ROWS_A_GROUP, Column, read_rows, schema_of_columns, write_rows
 from magicsim.detectors.frame import Frame
-from magicsim.errors import FrameError, OutputError
+from magicsim.errors import FrameError
 from magicsim.folder.ledger import RESUMABLE, Ledger
 from magicsim.folder.listing import sha256_of
 from magicsim.folder.target import output_errors, sole_writer
@@ -84,10 +84,10 @@ def write_real(real: RealSource, out: Path, *, resume: bool = False) -> RealSumm
 
 
 def description_hash(real: RealSource, sequences: list[RecordedSequence]) -> str:
-    """SHA-256 of a description, of the content of its labels, and of names and sizes of all files of frames."""
+    """SHA-256 of a description, of the content of its labels, and of names and content of all files of frames."""
     content: list[Any] = [real.description.model_dump(mode="json")]
     for sequence in sequences:
-        content.append([[path.name, path.stat().st_size] for path in sequence.files])
+        content.append([[path.name, sha256_of(path)] for path in sequence.files])
         content.append(sha256_of(sequence.labels.path) if sequence.labels is not None else "")
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
@@ -96,10 +96,18 @@ def _begin(
     real: RealSource, sequences: list[RecordedSequence], columns: list[Column], inspection: Inspection, out: Path
 ) -> tuple[Ledger, Manifest]:
     """The folder's files and the manifest to go on with."""
-    earlier, digest = FOLDER.begun(out), description_hash(real, sequences)
-    if earlier is not None and earlier.config_hash != digest:
-        msg = f"'{out}' holds a dataset of other frames or of another description; name another folder"
-        raise OutputError(msg)
+    earlier = FOLDER.begun(out)
+    manifest = Manifest(
+        config_hash=description_hash(real, sequences),
+        versions=versions(),
+        variant=NEVER_RENDERED,
+        seed=0,
+        episodes=sum(len(each.episodes) for each in sequences),
+        shards=earlier.shards if earlier is not None else (),
+        files={},
+    )
+    if earlier is not None:
+        FOLDER.refuse_another(out, earlier, manifest, other="a dataset of other frames or of another description")
     facts = Recorded(
         rows=inspection.recordings[0].rows,
         columns=inspection.recordings[0].columns,
@@ -116,15 +124,7 @@ def _begin(
     ledger = FOLDER.open_ledger(out)
     for name, content in contents.items():
         ledger.place(name, content)
-    manifest = Manifest(
-        config_hash=digest,
-        versions=versions(),
-        variant=NEVER_RENDERED,
-        seed=0,
-        episodes=sum(len(each.episodes) for each in sequences),
-        shards=earlier.shards if earlier is not None else (),
-        files={name: ledger.listed(name).sha256 for name in contents},
-    )
+    manifest = manifest.model_copy(update={"files": {name: ledger.listed(name).sha256 for name in contents}})
     FOLDER.write_index(ledger, manifest)
     return ledger, manifest
 

@@ -224,6 +224,6 @@ class HeldScatterers:
         if self._state is None or self._positions.index != positions.index:
             placed = self._drawn.placed(np.array(positions, np.float64).reshape(-1, 3))
             scatterers = Scatterers.of(placed, self._drawn.cells, *self._optics)
-            self._state = scatterers, placed.air_mm3(self._drawn.cells)[:, None]
-            self._positions = mi.Float(positions)
+            state = scatterers, placed.air_mm3(self._drawn.cells)[:, None]
+            self._positions, self._state = mi.Float(positions), state
         return self._state

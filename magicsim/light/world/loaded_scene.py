@@ -1,5 +1,6 @@
 """The persistent Mitsuba scene of one sensor: built once, afterwards only its vertices move."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -26,6 +27,8 @@ from magicsim.scenes.rig import Rig
 from magicsim.scenes.timeline import View
 
 NOWHERE = np.zeros((0, 3))
+UNKNOWN = View(body=NOWHERE, infill=NOWHERE, markers=NOWHERE, flashlight_x_mm=math.nan)
+"""What a scene shows whose update was interrupted: anything differs from it."""
 RADIANCE = ".radiance.value"
 """What the renderer calls the radiance of a light, after its name."""
 
@@ -125,8 +128,8 @@ class Worlds:
         self._elastomer, self._load = elastomer, load
         self._mesh, self._finish = object_mesh, object_finish
         self._kept: dict[tuple[bool, bool], World] = {}
-        self._shown: dict[tuple[bool, bool], View] = {}
-        self._placed: dict[tuple[bool, bool], Array] = {}
+        self._shown: dict[tuple[bool, bool], tuple[View, Array]] = {}
+        """What each scene shows, and the object's vertices there."""
 
     def of(self, view: View, object_vertices: Array | None) -> World:
         """The scene that shows a view, loaded when it is first needed.
@@ -141,12 +144,15 @@ class Worlds:
                 object_mesh=self._mesh if key[0] else None, object_finish=self._finish, flashlight=key[1]
             )
             self._kept[key] = self._load(content)
-        changes = self._changes(self._shown.get(key, View()), view)
-        if object_vertices is not None and not np.array_equal(self._placed.get(key, NOWHERE), object_vertices):
-            changes["object_vertices"] = self._placed[key] = object_vertices
+            self._shown[key] = View(), NOWHERE
+        # What is shown is unknown until the update is whole, whatever interrupts it.
+        shown, placed = self._shown.pop(key, (None, NOWHERE))
+        changes = self._changes(shown or UNKNOWN, view)
+        if object_vertices is not None and not np.array_equal(placed, object_vertices):
+            changes["object_vertices"] = placed = object_vertices
         if changes:
             self._kept[key].update(**changes)
-        self._shown[key] = view
+        self._shown[key] = view, placed
         return self._kept[key]
 
     def _changes(self, shown: View, view: View) -> dict[str, Any]:

@@ -12,7 +12,8 @@ is explicit, as MuJoCo's semi-implicit Euler has it, and stable for dt^2 max eig
 solve.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 
 import numpy as np
@@ -128,8 +129,27 @@ class Coupling:
         Raises:
             ConfigError: The time step is too long for the stiffness of a contact, or sensors that are said to do not
                 face each other.
-            ConvergenceError: A contact has no valid equilibrium; the model has not moved.
+            ConvergenceError: A contact has no valid equilibrium; model and sensors have not moved.
         """
+        with self._whole():
+            return self._step()
+
+    @contextmanager
+    def _whole(self) -> Iterator[None]:
+        """A step of which nothing has happened to model and sensors where it fails or is interrupted."""
+        data, spec = self.data, int(engine().mjtState.mjSTATE_INTEGRATION)
+        before = np.empty(engine().mj_stateSize(self.model, spec))
+        engine().mj_getState(self.model, data, before, spec)
+        kept = [(each, dict(vars(each))) for each in (self, *self.sensors.values())]
+        try:
+            yield
+        except BaseException:
+            engine().mj_setState(self.model, data, before, spec)
+            for each, state in kept:
+                vars(each).update(state)
+            raise
+
+    def _step(self) -> dict[str, Moment] | None:
         engine().mj_step1(self.model, self.data)
         time_s = float(self.data.time)
         is_due = time_s - self._start_s >= (self._frames / self.frames_per_second) - self.model.opt.timestep / 2

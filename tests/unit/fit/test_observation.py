@@ -42,3 +42,12 @@ def test_folder_is_read_as_rgb(tmp_path: Path):
 def test_camera_is_no_recording():
     with pytest.raises(ConfigError, match="'0' is a camera; give recorded images"):
         read_observation("0", CAMERA)
+
+
+def test_references_that_are_none_are_told_and_states_of_a_scene_are_not(caplog: pytest.LogCaptureFixture):
+    black = [np.zeros((32, 24, 3), np.uint8), *frames(5)]
+    observe(black, CAMERA, source="mine")
+    assert "mine: reference frames 0 are black" in caplog.text
+    caplog.clear()
+    observe(frames(6), CAMERA, frame=3)
+    assert caplog.text == ""

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from laboratory.interrupts import differences
 
 from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.scenes.scene import load_scene
@@ -276,3 +277,17 @@ def test_reset_and_step_speak_for_all_that_they_do(
     lines = capsys.readouterr().err.splitlines()
     assert {line.split(",")[0].split(":")[1] for line in lines} == {" a step of the environment"}
     assert any(": solving the contact, " in line for line in lines)
+
+
+@pytest.mark.parametrize("most", [1, pytest.param(None, marks=pytest.mark.slow)])
+def test_step_that_is_interrupted_has_not_happened(env: GraspLift, most: int | None):
+    def told(result: tuple[Any, ...]) -> bytes:
+        seen, *rest = result
+        return b"".join(seen[name].tobytes() for name in sorted(seen)) + repr(rest).encode()
+
+    steps = {
+        "reset": lambda: told(env.reset(seed=7, options={"gap_mm": 0.05, "z_mm": 0.0})),
+        "first": lambda: told(env.step(action(1, 0))),
+        "second": lambda: told(env.step(action(1, 0.2))),
+    }
+    assert differences(steps, most=most) == []

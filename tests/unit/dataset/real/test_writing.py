@@ -175,6 +175,25 @@ def test_other_frames_do_not_go_on_with_a_dataset(tmp_path: Path):
         write_real(load_real(path, ["frames.mirror=true"]), tmp_path / "set", resume=True)
 
 
+def test_frames_of_equal_size_and_other_content_do_not_go_on_with_it(tmp_path: Path):
+    described = public_set(tmp_path, FORCES_N)
+    frame = tmp_path / "images" / "0005.png"
+    content = frame.read_bytes()
+    frame.write_bytes(content + b"a")  # behind its end
+    write_real(load_real(described), tmp_path / "set")
+    frame.write_bytes(content + b"b")
+    with pytest.raises(OutputError, match=r"holds a dataset of other frames"):
+        write_real(load_real(described), tmp_path / "set", resume=True)
+
+
+def test_dataset_of_other_code_is_not_gone_on_with(tmp_path: Path, monkeypatch):
+    described, known = public_set(tmp_path, FORCES_N), writing.versions()
+    write_real(load_real(described), tmp_path / "set")
+    monkeypatch.setattr(writing, "versions", lambda: known | {"sources": "0123456789abcdef"})
+    with pytest.raises(OutputError, match=r"was begun with another version of sources: its results would differ"):
+        write_real(load_real(described), tmp_path / "set", resume=True)
+
+
 def test_folder_of_somebody_else_is_left_alone(tmp_path: Path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "letter.txt").write_text("dear", encoding="utf-8")

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from laboratory.interrupts import differences
 
 from magicsim.errors import ConfigError
 from magicsim.robot.mujoco import Coupling, Touch, compiled
@@ -140,3 +141,21 @@ def test_scene_that_depends_on_time_is_refused():
     scene = load_scene("grip", ["design=mini-magictac-rate", "contact.rate_dependent=true"])
     with pytest.raises(ConfigError, match=r"contact\.rate_dependent = True is not allowed"):
         coupled(body(BALL), scene)
+
+
+@pytest.mark.parametrize("most", [1, pytest.param(None, marks=pytest.mark.slow)])
+def test_step_that_is_interrupted_has_not_happened(block: SceneConfig, most: int | None):
+    coupling = coupled(body(BALL), block)
+
+    def begin() -> bytes:
+        mujoco.mj_resetData(coupling.model, coupling.data)
+        coupling.data.qpos[2] = (RADIUS_MM - 0.3) / 1000
+        coupling.reset()
+        return b""
+
+    def step() -> bytes:
+        moments = coupling.step()
+        found = (coupling.data.qpos, coupling.data.qvel, coupling.data.xfrc_applied, coupling.wrench("sensor"))
+        return b"".join(each.tobytes() for each in found) + repr(moments is None).encode()
+
+    assert differences({"begins": begin, "first": step, "second": step, "third": step}, most=most) == []
