@@ -108,8 +108,10 @@ class Table:
         """For a heading without the names that are looked for: whether they are there with another delimiter.
 
         Raises:
-            ConfigError: The heading is one cell that holds such a one.
+            ConfigError: The heading is one cell that holds such a one, or a comment.
         """
+        if self.heading and self.heading[0].startswith("#"):
+            raise ConfigError(f"{self.path}: the first line is a comment; must be the names of the columns")
         for mark, name in _OTHER_DELIMITERS.items():
             if len(self.heading) == 1 and mark in self.heading[0]:
                 raise ConfigError(f"{self.path}: cells are separated by {name}; must be commas, with decimal points")

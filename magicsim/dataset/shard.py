@@ -20,7 +20,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from magicsim.dataset.manifest import MANIFEST, ShardEntry, listed_content
-from magicsim.detectors.picture import SIGNATURE, is_damaged_png
+from magicsim.detectors.picture import is_damaged_png
+from magicsim.detectors.tags import SIGNATURE
 from magicsim.errors import OutputError
 
 ARRAY_2D = "datasets.features.features.Array2DExtensionType"

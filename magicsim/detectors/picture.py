@@ -1,10 +1,7 @@
 """Pictures in files: their pixels as RGB, upright as the file says, one or several of them."""
 
-import re
-import struct
 import zlib
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -15,6 +12,18 @@ import numpy.typing as npt
 
 from magicsim.conventions import MAX_PIXELS
 from magicsim.detectors.frame import Frame, check_frame, check_pixels
+from magicsim.detectors.tags import (
+    NETPBM,
+    SEARCHED_BYTES,
+    SIGNATURE,
+    SUBFILE,
+    UPRIGHT,
+    colour_problem,
+    colour_remark,
+    directories,
+    exif_orientation,
+    has_opacity,
+)
 from magicsim.detectors.video import Remark, quiet_opencv
 from magicsim.errors import FrameError
 
@@ -22,22 +31,11 @@ IMAGE_SUFFIXES = (".bmp", ".jpeg", ".jpg", ".png", ".ppm", ".tif", ".tiff", ".we
 """File name endings that are read as images, in any case."""
 MAX_BYTES = 8 * MAX_PIXELS
 """Largest image file: so many pixels of four channels of 16 bit."""
-SIGNATURE = b"\x89PNG\r\n\x1a\n"
-"""First bytes of every PNG file."""
 _LENGTH, _NAME, _SUM = 4, 4, 4
 AnyPixels = npt.NDArray[Any]
 """Pixels of any type as OpenCV has them: shape (rows, columns), or with channels behind."""
 _FLAGS = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH
 """Turns a picture as its Exif orientation says, keeps its depth, and drops opacity."""
-_NETPBM = re.compile(rb"\s*P6" + 3 * rb"(?:\s|#[^\n]*\n)+(\d{1,6})" + rb"\s")
-"""Header of a PPM: columns, rows, largest value."""
-UPRIGHT, MOST_ORIENTATION, ORIENTATION, SUBFILE = 1, 8, 0x0112, 0x00FE
-"""Orientation of a picture that is not turned, the largest, the tag that tells it, and that of reduced copies: Exif
-2.32, 4.6.4, and TIFF 6.0, section 8."""
-_WHOLE = {3: "H", 4: "I"}
-"""Types of whole numbers of a TIFF."""
-SEARCHED_BYTES = 1 << 16
-"""Head of a JPEG that holds the segments before its pixels."""
 HEAD_BYTES = 4096
 """Head of a file that is looked at before the whole is read."""
 WEBP_ANIMATION = 2
@@ -154,6 +152,12 @@ def _frame(path: Path, content: bytes, pixels: AnyPixels | None, remark: Remark)
         allowed = f"must be a whole image file ({', '.join(IMAGE_SUFFIXES)})"
         raise FrameError(f"image '{path}' cannot be decoded; {allowed}")
     check_pixels(f"image '{path}'", pixels.shape[1], pixels.shape[0])
+    if problem := colour_problem(content):
+        raise FrameError(f"image '{path}' {problem}")
+    if has_opacity(content) and _is_transparent(path, content):
+        if content[:2] in {b"II", b"MM"}:  # its decoder has changed the colours by it
+            raise FrameError(f"image '{path}' is partly transparent: save it without opacity")
+        remark(f"images in '{path.parent}' are partly transparent: their colours are taken as they are behind that")
     channels = pixels.shape[2] if pixels.ndim > len(("rows", "columns")) else 1
     if channels not in {3, 4}:  # opacity is dropped
         raise FrameError(f"image '{path}' has {channels} channel(s); must be colour with 3 (RGB)")
@@ -163,6 +167,14 @@ def _frame(path: Path, content: bytes, pixels: AnyPixels | None, remark: Remark)
         raise FrameError(f"image '{path}': {error}") from error
     _remark_on(path, content, remark)
     return frame
+
+
+def _is_transparent(path: Path, content: bytes) -> bool:
+    """Whether any pixel of the first picture lets through what is behind it."""
+    whole: AnyPixels | None = _quietly(path, lambda data: cv2.imdecode(data, cv2.IMREAD_UNCHANGED), content)
+    if whole is None or whole.ndim < len(("rows", "columns", "channels")) or whole.shape[2] not in {2, 4}:
+        return False
+    return bool((whole[..., -1] < np.iinfo(whole.dtype).max).any())
 
 
 def _quietly(path: Path, decode: Callable[[AnyPixels], Any], content: bytes) -> Any:  # noqa: ANN401 - of OpenCV
@@ -188,67 +200,14 @@ def _remark_on(path: Path, content: bytes, remark: Remark) -> None:
         )
     if content.startswith(b"\xff\xd8") and b"MPF\x00" in content[:SEARCHED_BYTES]:
         remark(f"images in '{path.parent}' hold further pictures (CIPA DC-007), which are passed over")
+    if said := colour_remark(content):
+        remark(f"images in '{path.parent}' {said}")
     orientation = exif_orientation(content)
     if orientation != UPRIGHT:
         remark(
             f"images in '{path.parent}' are turned as their Exif orientation {orientation} says; references and "
             "frames have to be turned alike"
         )
-
-
-def exif_orientation(content: bytes) -> int:
-    """Orientation 1..8 that a file's metadata tell, 1 (upright) where they tell none: JPEG, PNG, WebP and TIFF."""
-    starts = [0] if content[:2] in {b"II", b"MM"} else []
-    for mark, skipped in ((b"Exif\x00\x00", 6), (b"eXIf", 4), (b"EXIF", 8)):
-        at = content.find(mark)
-        starts += [at + skipped] if at >= 0 else []
-    for start in starts:
-        found = next(_directories(content[start:]), {}).get(ORIENTATION, UPRIGHT)
-        if UPRIGHT < found <= MOST_ORIENTATION:
-            return found
-    return UPRIGHT
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Layout:
-    """How directories of a TIFF are laid out: types of offsets, counts and entries, and their sizes [bytes]."""
-
-    first: int
-    offset: str
-    count: str
-    entry: str
-    size: int
-
-
-_LAYOUTS = {42: _Layout(first=4, offset="I", count="H", entry="HHI", size=12),
-            43: _Layout(first=8, offset="Q", count="Q", entry="HHQ", size=20)}  # fmt: skip
-"""By the number after the order of bytes: TIFF 6.0, section 2, and BigTIFF."""
-
-
-def _directories(tiff: bytes) -> Iterator[dict[int, int]]:
-    """Values of the tags of each directory whose value is a whole number that stands beside its tag."""
-    order = {b"II": "<", b"MM": ">"}.get(tiff[:2])
-    seen: set[int] = set()
-    try:
-        layout = _LAYOUTS.get(struct.unpack_from(f"{order}H", tiff, 2)[0]) if order else None
-        if layout is None:
-            return
-        [at] = struct.unpack_from(f"{order}{layout.offset}", tiff, layout.first)
-        while at and at not in seen:
-            seen.add(at)
-            [count] = struct.unpack_from(f"{order}{layout.count}", tiff, at)
-            at += struct.calcsize(f"{order}{layout.count}")
-            values = {}
-            for _ in range(count):
-                head = f"{order}{layout.entry}"
-                tag, kind, _ = struct.unpack_from(head, tiff, at)
-                if kind in _WHOLE:
-                    [values[tag]] = struct.unpack_from(f"{order}{_WHOLE[kind]}", tiff, at + struct.calcsize(head))
-                at += layout.size
-            [at] = struct.unpack_from(f"{order}{layout.offset}", tiff, at)
-            yield values
-    except struct.error:  # it breaks off, which its decoder tells
-        return
 
 
 def _pages(content: bytes) -> list[int]:
@@ -260,13 +219,13 @@ def _pages(content: bytes) -> list[int]:
         return list(range(_count_netpbm(content)))
     if content[:4] == b"RIFF" and content[12:16] == b"VP8X" and content[20] & WEBP_ANIMATION:
         return list(range(max(1, content.count(b"ANMF"))))
-    return [page for page, values in enumerate(_directories(content)) if not values.get(SUBFILE, 0) & 1] or [0]
+    return [page for page, values in enumerate(directories(content)) if not values.get(SUBFILE, 0) & 1] or [0]
 
 
 def _count_netpbm(content: bytes) -> int:
     """How many pictures stand one after the other in a PPM (netpbm, `ppm`): headers, each with its pixels behind."""
     count, at = 0, 0
-    while (head := _NETPBM.match(content, at)) is not None:
+    while (head := NETPBM.match(content, at)) is not None:
         columns, rows, most = (int(each) for each in head.groups())
         count, at = count + 1, head.end() + 3 * columns * rows * (2 if most > 255 else 1)  # noqa: PLR2004
     return max(1, count)

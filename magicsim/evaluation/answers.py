@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from magicsim.arrays import Array, Frame
+from magicsim.detectors.offline import told_of_references
 from magicsim.detectors.orientation import turned_against
-from magicsim.detectors.references import told_of_references
 from magicsim.detectors.verdict import FEATURES, Contact, Proximity
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.evaluation.detector import Detection, Detector, MakeDetector, tried

@@ -17,10 +17,9 @@ from magicsim.dataset.export.source import open_dataset
 from magicsim.dataset.frames import FrameTable, open_frames
 from magicsim.dataset.manifest import MANIFEST
 from magicsim.detectors.features import Episode
-from magicsim.detectors.offline import json_text, rows, table_lines
+from magicsim.detectors.offline import json_text, rows, table_lines, told_of_references
 from magicsim.detectors.picture import read_image
 from magicsim.detectors.profile import load_profile
-from magicsim.detectors.references import told_of_references
 from magicsim.detectors.verdict import Verdict
 from magicsim.errors import ConfigError
 from magicsim.evaluation.answers import warn_of_turned

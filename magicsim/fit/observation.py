@@ -14,7 +14,7 @@ from magicsim.camera.camera import Camera
 from magicsim.dataset.frames import open_frames
 from magicsim.dataset.manifest import MANIFEST
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.references import said_of, told_of_references
+from magicsim.detectors.offline import said_of, told_of_references
 from magicsim.detectors.source import read_source, source_kind
 from magicsim.errors import ConfigError, FrameError, unknown_choice
 

@@ -150,6 +150,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self._lift: Lift | None = None
         self._frames: tuple[SimulatedFrame, ...] = ()
         self._steps = self._held = 0
+        self._is_over = False
         self.cost = StepCost(solve_s=0.0, light_s=0.0)
         """StepCost of the last `reset` or step; zero before."""
         self._begun = 0.0
@@ -195,7 +196,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             self._gripper.reset(seed=noise)
             lift = Lift(self._gripper, load=load, width_mm=self.reach.width_at_mm(gap), place=start)
             observed = self._observe(lift, np.zeros(2)), self._info(lift)
-            self._lift, self._steps, self._held = lift, 0, 0
+            self._lift, self._steps, self._held, self._is_over = lift, 0, 0, False
             return observed
 
     def step(self, action: npt.NDArray[np.float32]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
@@ -205,16 +206,22 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             action: Closing and rising speed in -1..1, shape (2,); beyond that it is clipped.
 
         Raises:
-            ConfigError: `reset` was not called, or the action is not two finite numbers; nothing moves then.
+            ConfigError: `reset` was not called, the episode has ended, or the action is not two finite numbers; nothing
+                moves then.
         """
         if self._lift is None:
             raise ConfigError("step is not allowed yet: call reset() first")
+        if self._is_over:
+            raise ConfigError("step is not allowed any more: the episode has ended, call reset() first")
         speeds, lift = self._checked(action), self._lift
         before = lift.gripper.now(), lift.state, self._steps, self._held, self._frames
         try:
             with waiting("a step of the environment", self._told), still_to_come(*lift.gripper.fingers):
-                return self._step(lift, speeds)
+                result = self._step(lift, speeds)
+                self._is_over = result[2] or result[3]
+                return result
         except BaseException:
+            self._is_over = False
             moment, lift.state, self._steps, self._held, self._frames = before
             lift.gripper.go_back(moment)
             raise

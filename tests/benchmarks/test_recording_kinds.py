@@ -3,10 +3,11 @@
 from pathlib import Path
 
 import pytest
-from laboratory.input_kinds import recordings
+from laboratory.input_kinds import files, recordings
 from laboratory.input_kinds.registry import KINDS, Variation
 
 assert recordings
+assert files
 VARIATIONS = {
     f"{kind}: {each.name}": each for kind, all_ in KINDS.items() if kind.startswith("recordings") for each in all_
 }

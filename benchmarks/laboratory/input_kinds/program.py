@@ -1,4 +1,4 @@
-"""Kinds of meshes, of names in two folders, of wrong actions, and of what is imported before the program."""
+"""Kinds of meshes, of names in two folders, and of what is imported before the program."""
 
 import os
 import shutil

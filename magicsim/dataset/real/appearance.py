@@ -12,8 +12,8 @@ from magicsim.dataset.manifest import MANIFEST
 from magicsim.dataset.real.description import FrameForm
 from magicsim.dataset.real.sequence import RealFrame
 from magicsim.detectors.frame import Frame
+from magicsim.detectors.offline import LEAST_MEAN, black_frames, said_of, told_of_references
 from magicsim.detectors.orientation import TURNS, Change, after, better_changes, turned, turned_against
-from magicsim.detectors.references import LEAST_MEAN, black_frames, said_of, told_of_references
 from magicsim.errors import ConfigError
 from magicsim.judge.recorded import read_episode
 

@@ -9,10 +9,11 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.dataset.real.appearance import Likeness, told_of_exposure
 from magicsim.dataset.real.description import RealSource
+from magicsim.dataset.real.heading_units import told_of_units
 from magicsim.dataset.real.labels import CONTACT_LABELS, Row, is_empty, size_of_force
 from magicsim.dataset.real.sequence import RecordedSequence, check_size, sequences_of
+from magicsim.detectors.offline import said_of, told_of_references
 from magicsim.detectors.order import listed_images
-from magicsim.detectors.references import said_of, told_of_references
 from magicsim.errors import ConfigError
 from magicsim.frame_class import FrameClass
 from magicsim.judge.plausible import odd_labels
@@ -20,6 +21,8 @@ from magicsim.waiting import waiting
 
 SLOW_S = 5.0
 """Time from one frame to the next that is told [s]."""
+MOST_STILL = 0.1
+"""Share of rows with the time of the row before that is told."""
 CLOCKS = {1e3: "ms", 1e6: "microseconds", 1e9: "ns"}
 """Units in which tables of other programs have times, by how many make a second."""
 
@@ -75,10 +78,11 @@ def inspect_sequences(real: RealSource, sequences: Sequence[RecordedSequence]) -
     likeness = Likeness.of(real.path(real.description.like)) if real.description.like is not None else None
     for sequence in sequences:
         with waiting(f"looking at '{sequence.source.frames}'"):
-            untouched, survey = [each.image for each in sequence.references()], sequence.survey
-        for frame in (*untouched, *(each.image for each in survey.samples)):
-            size = size or (frame.shape[0], frame.shape[1])
-            check_size(frame, size, sequence.source.frames)
+            references, survey = list(sequence.references()), sequence.survey
+        untouched = [each.image for each in references]
+        for frame in (*references, *survey.samples):
+            size = size or (frame.image.shape[0], frame.image.shape[1])
+            check_size(frame.image, size, frame.name)
         if size is None:
             raise ConfigError(f"{sequence.field}: every frame is a reference; must have others")
         recording = _recording(sequence, len(untouched), size)
@@ -147,6 +151,10 @@ def _of_labels(sequence: RecordedSequence) -> Iterator[str]:
     depths = np.array([row["depth_mm"] for row in labels.rows])
     if len(depths) and np.nanmax(depths, initial=-np.inf) <= 0 and np.isfinite(depths).any() and (depths < 0).any():
         yield ": depths are negative, and a press is positive here: set scale.depth_mm = -1"
+    yield from told_of_units(sequence.description)
+    still = int(np.count_nonzero(np.diff(labels.times_s) == 0))
+    if still > MOST_STILL * len(labels.rows):
+        yield f": {still} of {len(labels.rows)} rows have the time of the row before: write time_s with more digits"
 
 
 def _of_clock(sequence: RecordedSequence, recording: RealRecording) -> Iterator[str]:
@@ -165,7 +173,8 @@ def _of_clock(sequence: RecordedSequence, recording: RealRecording) -> Iterator[
             yield f": {recording.unlabelled} of {recording.samples} frames have rows without any label"
         step_s = _median_step_s(np.array([row["time_s"] for row in sequence.survey.rows]))
         if step_s > SLOW_S:
-            yield f": frames are {step_s:.4g} s apart: ms? set scale.time_s = 0.001"
+            fine = next((each for each in CLOCKS if step_s / each <= SLOW_S), max(CLOCKS))
+            yield f": frames are {step_s:.4g} s apart: {CLOCKS[fine]}? set scale.time_s = {1 / fine:g}"
         return
     assert recording.frames_s is not None  # a film has a frame
     assert recording.labels_s is not None  # and its rows have times

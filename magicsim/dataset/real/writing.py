@@ -243,12 +243,12 @@ def table_columns(sequences: Sequence[RecordedSequence]) -> list[Column]:
 
 
 def _rate(sequence: RecordedSequence) -> float | None:
-    """Frame rate by the times of a recording's first frames [1/s]; None where nothing says it."""
+    """Frame rate by the times of a recording's first frames [1/s]; None where nothing says it, or none is so low."""
     frames = islice(sequence.scored(sequence.episodes[0]), TIMED_FRAMES)
     steps = [
         later - earlier for earlier, later in pairwise(each.labels["time_s"] for each in frames) if later > earlier
     ]
-    return round(1 / sorted(steps)[len(steps) // 2], 6) if steps else None
+    return round(1 / sorted(steps)[len(steps) // 2], 6) or None if steps else None
 
 
 def real_card(description: Description, columns: Sequence[Column], splits: Sequence[str]) -> str:

@@ -156,6 +156,8 @@ def test_episode_ends_after_its_last_step(env: GraspLift, monkeypatch: pytest.Mo
     env.reset(seed=1)
     assert env.step(action(0, 0))[2:4] == (False, False)
     assert env.step(action(0, 0))[2:4] == (False, True)
+    with pytest.raises(ConfigError, match=r"the episode has ended, call reset\(\) first"):
+        env.step(action(0, 0))
 
 
 def test_step_without_an_equilibrium_ends_the_episode_and_shows_the_state_before(
