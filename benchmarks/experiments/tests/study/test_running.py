@@ -6,6 +6,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from magicsim.errors import OutputError
+from magicsim_experiments.study import running
 from magicsim_experiments.study.running import estimate_study, run_study
 from magicsim_experiments.study.study_file import load_study
 
@@ -89,6 +90,14 @@ def test_refused_piece_is_a_row_and_a_failed_one_is_tried_again(out: Path):
 
 
 @pytest.mark.usefixtures("in_process")
+def test_study_of_other_code_is_not_gone_on_with(out: Path, monkeypatch):
+    run(out)
+    known = running.versions("magicsim_experiments") | {"magicsim_experiments": "0123456789abcdef"}
+    monkeypatch.setattr(running, "versions", lambda *_: known)
+    with pytest.raises(OutputError, match="was begun with another version of magicsim_experiments"):
+        run(out, resume=True)
+
+
 def test_foreign_folder_another_study_and_changed_files_are_refused(out: Path):
     out.mkdir()
     (out / "mine.txt").write_text("mine")
