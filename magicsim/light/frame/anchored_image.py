@@ -18,10 +18,11 @@ SPREAD_PX = 6.0
 """Standard deviation of the weights of neighbouring pixels [px]: half as much is noisier, more blurs what is local."""
 NEAREST_PX = 12
 """Largest distance of such a neighbour along columns and rows [px]."""
-LENGTHS_PX = (0.0, 1.0, 4.0)
-"""Standard deviations of the local means between which a change is taken apart [px]: walls are about a pixel wide, and
-what is smoother than the last has hardly any noise."""
-LENGTH_REACH_PX = 10
+LENGTHS_PX = (0.0, 2.0, 12.0)
+"""Standard deviations of the local means along columns and along rows between which a change is taken apart [px]: walls
+are about a pixel wide and stand along either, and what is smoother than the last both ways has hardly any noise. More
+lengths between these, or longer ones, leave 1 to 3 % less error and cost twice the time."""
+LENGTH_REACH_PX = 24
 """Largest distance of a pixel that such a mean takes in [px]."""
 REACH_PX = 2 * NEAREST_PX + LENGTH_REACH_PX
 """Largest distance of a pixel that has a part in another's image along columns and rows [px]."""
@@ -59,11 +60,12 @@ def anchored_change(now: FloatImage, control: FloatImage, anchor: FloatImage, ch
 def change_beyond_noise(now: FloatImage, control: FloatImage, anchor: FloatImage) -> Array:
     """How a frame differs from the untouched sensor as far as it is no noise, shape (rows, columns, 3).
 
-    The difference is taken apart by length. Of each part goes first the noise that both images share: its share is the
-    linear regression on the control image's noise over all neighbours, with a constant for each channel. What is left
-    has noise of variance n^2 = (1 - share^2) times that of the control image, and a mean square v over the neighbours.
-    It counts by 1 - n^2 / v (Wiener's filter with the variance of the signal estimated where it is used), the smoothest
-    part wholly.
+    The difference is taken apart by length along columns and by length along rows: what a wall changes is long one way
+    and short the other, and noise is short both ways. Of each part goes first the noise that both images share: its
+    share is the linear regression on the control image's noise over all neighbours, with a constant for each channel.
+    What is left has noise of variance n^2 = (1 - share^2) times that of the control image, and a mean square v over the
+    neighbours. It counts by 1 - n^2 / v (Wiener's filter with the variance of the signal estimated where it is used),
+    the part that is smoothest both ways wholly.
 
     A pixel's own values are left out, so that its own noise chooses neither its share nor its weight. Near the border
     the mirror brings them back with a weight of 1 % at most. Every pixel sums in one order: crops are exact.
@@ -84,9 +86,14 @@ def change_beyond_noise(now: FloatImage, control: FloatImage, anchor: FloatImage
 
 
 def _by_length(values: Array) -> list[Array]:
-    """Differences between local means of growing width, and the widest; their sum is what is given."""
+    """Parts by length along columns and rows, the smoothest both ways last; their sum is what is given."""
+    return [part for along in _along(values, 0) for part in _along(along, 1)]
+
+
+def _along(values: Array, axis: int) -> list[Array]:
+    """Differences between local means of growing width along one axis, and the widest."""
     means = [
-        gaussian_filter(values, width, mode="mirror", radius=LENGTH_REACH_PX, axes=(0, 1)) if width else values
+        gaussian_filter1d(values, width, axis=axis, mode="mirror", radius=LENGTH_REACH_PX) if width else values
         for width in LENGTHS_PX
     ]
     return [fine - coarse for fine, coarse in pairwise(means)] + means[-1:]

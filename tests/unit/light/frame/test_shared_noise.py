@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter1d
 
-from magicsim.light.frame.anchored_image import change_beyond_noise
+from magicsim.light.frame.anchored_image import LENGTHS_PX, change_beyond_noise
 
 SHAPE = (60, 50, 3)
 RNG_SEED = 7
@@ -45,17 +46,27 @@ def test_noise_alone_is_no_change(rng, correlation):
     assert np.std(change) < 0.2 * np.sqrt(1 - correlation**2) * SIGMA
 
 
+def left_of_noise(width_px):
+    """Variance of white noise above a Gaussian mean along one axis, and below it."""
+    mean = gaussian_filter1d(np.eye(1, 401, 200)[0], width_px)
+    return 1 - 2 * mean[200] + np.sum(mean**2), np.sum(mean**2)
+
+
 @pytest.mark.parametrize("strength", [0.5, 1.0, 3.0])
-def test_detail_counts_as_wiener_filter_has_it(rng, strength):
-    # Stripes of two pixels' period and strength s in noise n: s^2 / (s^2 + n^2) of them is shown, n^2 being the 0.76 of
-    # the noise's variance that is left above a Gaussian mean of one pixel (1 - 2 g_0 + sum g^2).
-    stripes = strength * SIGMA * np.resize([1.0, -1.0], SHAPE[1])[None, :, None] * np.ones(SHAPE)
+@pytest.mark.parametrize("kind", ["dots", "walls"])
+def test_detail_counts_as_wiener_filter_has_it(rng, strength, kind):
+    # A pattern of two pixels' period and strength s in noise of variance n^2: s^2 / (s^2 + n^2) of it is shown. n^2 is
+    # what is left of the noise in the part that the pattern is in: dots are short both ways, a wall is long one way.
+    across, down = np.resize([1.0, -1.0], SHAPE[1]), np.resize([1.0, -1.0], SHAPE[0])
+    above, below = left_of_noise(LENGTHS_PX[1])[0], left_of_noise(LENGTHS_PX[2])[1]
+    column = {"dots": down, "walls": np.ones(SHAPE[0])}[kind][:, None, None]
+    variance = above * {"dots": above, "walls": below}[kind]
+    pattern = strength * SIGMA * column * across[None, :, None] * np.ones(SHAPE)
     careful = np.ones(SHAPE)
-    change = change_beyond_noise(*images(careful + stripes + noise(rng), careful + noise(rng), careful))
-    assert np.mean(change * stripes) / np.mean(stripes**2) == pytest.approx(
-        strength**2 / (strength**2 + 0.76), abs=0.03
-    )
-    assert np.sqrt(np.mean((change - stripes) ** 2)) < 1.02 * SIGMA * min(1.0, strength)
+    change = change_beyond_noise(*images(careful + pattern + noise(rng), careful + noise(rng), careful))
+    shown = strength**2 / (strength**2 + variance)
+    assert np.mean(change * pattern) / np.mean(pattern**2) == pytest.approx(shown, abs=0.04)
+    assert np.sqrt(np.mean((change - pattern) ** 2)) < 1.1 * SIGMA * min(1.0, strength)
 
 
 def test_what_is_smooth_is_shown_whole_however_faint(rng):
