@@ -51,7 +51,7 @@ CONTROL_QUALITY = Quality(
     name="control",
     lattice={"growth": 3.0, "margin": 0.5, "fine_depth": 0.3},
     render={"samples": 1, "particles": 8_000, "anchor_samples": 16, "anchor_particles": 400_000},
-    bounds={"light_change": 0.05, "facet_mm": 1.0},
+    bounds={"light_change": 0.025, "facet_mm": 1.0},
     camera={"rendered_px": 2.0},
     output={"contact_mask": False, "displacements": False, "depth_map": False},
     newton=NewtonOptions(residual=1e-2, tolerance_mm=0.02, slip_mismatch=0.1),

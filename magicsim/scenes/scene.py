@@ -115,10 +115,10 @@ class RenderSettings(Config):
     reuse_mm: Annotated[float, Field(ge=0, le=0.1)] = 0.005
     """Recorded camera paths serve where no surface near one that they meet has moved by more than this [mm]; 0.005 is a
     twentieth of a pixel of the default camera."""
-    light_change: Annotated[float, Field(ge=0, le=1)] = 0.03
+    light_change: Annotated[float, Field(ge=0, le=1)] = 0.015
     """Relative change of the light in the grid, root mean square, that a contact must be expected to make before a
-    touched frame traces its particles; below it the light of just before contact serves. Measured changes are a quarter
-    to three quarters of the expected ones (`benchmarks/touch_light.py`); 0 traces always."""
+    touched frame traces its particles; below it the light of just before contact serves. Measured changes are half
+    to one and a half of the expected ones (`benchmarks/touch_light.py`); 0 traces always."""
     facet_mm: Annotated[float, Field(ge=0.05, le=5)] = FACET_MM
     """Length to which the edges of the rendered contact face are split [mm]: rims of dents bend over tenths of a
     millimetre. Cells whose pitch is no larger stay whole, and do not bulge."""
