@@ -21,8 +21,8 @@ CHANGED_SHARE = 0.15
 """Expected change of light, in units of what comes from the contact: a touched face sends back less than a bare one,
 which reflects all light that comes slantwise, or more, as the object is dark or bright. A grey box on all of the face
 changes light by 0.23 of that in the root mean square, balls and smaller boxes by 0.07 to 0.17
-(`benchmarks/touch_light.py`); from 0.1 to 0.5 for other objects (assumed). 0.15 leaves the smallest error for a ball, a box and a long cylinder alike:
-twice as much lets a tenth to a fifth more noise through."""
+(`benchmarks/touch_light.py`); from 0.1 to 0.5 for other objects (assumed). Of a ball, a box and a long cylinder 0.15
+leaves the smallest error: twice as much lets a tenth to a fifth more noise through."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
