@@ -21,7 +21,7 @@ PACKAGE = Path(__file__).parent
 def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401
     """Compiles a function when it is first called with arguments of a kind, or takes its code from the cache.
 
-    Where no folder can be written it is compiled in every process, which one line says.
+    Where no folder can be written it is compiled in every process; one line says so, or that numba compiles nothing.
 
     Args:
         options: Options of `numba.njit` but `cache`.
@@ -29,10 +29,13 @@ def kernel(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN4
 
     def compiled(function: Callable[..., Any]) -> Any:  # noqa: ANN401
         dispatcher = nb.njit(**options)(function)
+        if dispatcher is function:
+            _say("NUMBA_DISABLE_JIT is set: kernels are not compiled, and are hundreds of times slower")
+            return function
         try:
             dispatcher._cache = _KernelCache(function)
         except RuntimeError:  # numba found no folder that it may write
-            _say_uncached()
+            _say("no folder can be written for compiled kernels: they are compiled anew in every process")
         return dispatcher
 
     return compiled
@@ -60,6 +63,6 @@ class _KernelCache(FunctionCache):
 
 
 @cache
-def _say_uncached() -> None:
-    """One line in a process."""
-    LOGGER.warning("no folder can be written for compiled kernels: they are compiled anew in every process")
+def _say(line: str) -> None:
+    """Once in a process."""
+    LOGGER.warning(line)

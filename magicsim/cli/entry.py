@@ -13,7 +13,7 @@ from cyclopts.exceptions import UnknownCommandError
 
 from magicsim.cli import dataset, evaluate, fit, info, press, simulate  # noqa: F401
 from magicsim.cli.app import app
-from magicsim.cli.surroundings import end_output, prepare
+from magicsim.cli.surroundings import check_threads, end_output, prepare
 from magicsim.config.presets import COMMANDS, EXPERIMENTS, extensions, missing_experiments
 from magicsim.errors import ConfigError, MagicsimError, one_line, unknown_choice
 from magicsim.folder import check_current_folder
@@ -51,6 +51,7 @@ def main() -> None:
     logging.basicConfig(level=logging.WARNING, handlers=[handler])
     try:
         check_current_folder()
+        check_threads()
         asked = _with_variant(sys.argv[1:])
         words = present_words(asked)
         _call(words)

@@ -11,8 +11,12 @@ import sys
 from contextlib import suppress
 from typing import Any, TextIO
 
+from magicsim.errors import ConfigError
+
 NARROWEST, WIDEST = 40, 500
 """Columns between which text is laid out: with less, or with 999999999, it takes for ever."""
+
+THREADS_VARIABLE = "NUMBA_NUM_THREADS"
 
 
 def prepare() -> None:
@@ -20,6 +24,13 @@ def prepare() -> None:
     _open_streams()
     _use_utf8()
     _bound_width()
+
+
+def check_threads() -> None:
+    """Refuses (`ConfigError`) a number of threads with which numba cannot be imported."""
+    threads = os.environ.get(THREADS_VARIABLE, "1")
+    if not threads.isdecimal() or int(threads) == 0:
+        raise ConfigError(f"{THREADS_VARIABLE} = '{threads}' is not allowed: must be a whole number of at least 1")
 
 
 class LossyStream:

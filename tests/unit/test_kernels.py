@@ -45,3 +45,11 @@ def test_kernel_is_compiled_without_a_cache_where_no_folder_can_be_written(tmp_p
     done = run_package(tmp_path, NUMBA_CACHE_LOCATOR_CLASSES=locator, NUMBA_CACHE_DIR=str(tmp_path / "file" / "below"))
     assert done.stdout.split() == ["3.0", "0"]
     assert done.stderr.count("no folder can be written") == 1
+
+
+def test_kernel_that_is_not_compiled_says_so(tmp_path: Path):
+    write_package(tmp_path, factor=1.0)
+    (tmp_path / "magicsim" / "outer.py").write_text(OUTER.replace(", len(force.stats.cache_hits)", ""))
+    done = run_package(tmp_path, NUMBA_DISABLE_JIT="1")
+    assert done.stdout == "3.0\n"
+    assert done.stderr.count("NUMBA_DISABLE_JIT is set") == 1

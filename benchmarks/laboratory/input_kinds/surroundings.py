@@ -219,5 +219,7 @@ _kind(
     "variables of libraries", "it works, or one line",
     OMP_NUM_THREADS=_with("-m", "magicsim", OMP_NUM_THREADS="many"),
     TMPDIR=_with("-m", "magicsim", TMPDIR="/nowhere"),
+    NUMBA_NUM_THREADS=lambda work: one_line_with(
+        run("-m", "magicsim", *BALL, folder=work, environment={"NUMBA_NUM_THREADS": "0"}), "NUMBA_NUM_THREADS = '0'"),
     NUMBA_CACHE_DIR=_with("-m", "magicsim", NUMBA_CACHE_DIR="/dev/null"),
 )  # fmt: skip

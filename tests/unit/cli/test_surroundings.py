@@ -103,3 +103,12 @@ def test_help_without_docstrings_says_why_it_is_short():
         [sys.executable, "-OO", "-m", "magicsim", "--help"], capture_output=True, text=True, check=True
     )
     assert "Without descriptions, which Python leaves out" in " ".join(done.stdout.split())
+
+
+@pytest.mark.parametrize("threads", ["0", "-1", "many", ""])
+def test_number_of_threads_that_is_none_is_one_line(shell: Shell, monkeypatch: pytest.MonkeyPatch, threads: str):
+    monkeypatch.setenv("NUMBA_NUM_THREADS", threads)
+    line = f"NUMBA_NUM_THREADS = '{threads}' is not allowed: must be a whole number"
+    assert line in shell.refusal("simulate", "plan", "near")
+        "simulate", "plan", "near"
+    )
