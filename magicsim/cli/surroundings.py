@@ -24,6 +24,9 @@ def prepare() -> None:
     _open_streams()
     _use_utf8()
     _bound_width()
+    os.environ["MPLBACKEND"] = (
+        "agg"  # nothing is drawn on a screen, and matplotlib refuses a name that it does not know
+    )
 
 
 def check_threads() -> None:

@@ -110,5 +110,12 @@ def test_number_of_threads_that_is_none_is_one_line(shell: Shell, monkeypatch: p
     monkeypatch.setenv("NUMBA_NUM_THREADS", threads)
     line = f"NUMBA_NUM_THREADS = '{threads}' is not allowed: must be a whole number"
     assert line in shell.refusal("simulate", "plan", "near")
-        "simulate", "plan", "near"
+
+
+def test_backend_of_drawings_that_is_none_does_not_matter(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("MPLBACKEND", "garbage")
+    code = (
+        "from magicsim.cli.surroundings import prepare; prepare(); import matplotlib; print(matplotlib.get_backend())"
     )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip().lower() == "agg"
