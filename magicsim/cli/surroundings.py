@@ -25,7 +25,7 @@ def prepare() -> None:
     _use_utf8()
     _bound_width()
     os.environ["MPLBACKEND"] = (
-        "agg"  # nothing is drawn on a screen, and matplotlib refuses a name that it does not know
+        "agg"  # nothing is drawn on a screen, and unknown names are refused
     )
 
 
