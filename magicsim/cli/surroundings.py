@@ -24,9 +24,7 @@ def prepare() -> None:
     _open_streams()
     _use_utf8()
     _bound_width()
-    os.environ["MPLBACKEND"] = (
-        "agg"  # nothing is drawn on a screen, and unknown names are refused
-    )
+    os.environ["MPLBACKEND"] = "agg"  # nothing is drawn on a screen, and unknown names are refused
 
 
 def check_threads() -> None:
