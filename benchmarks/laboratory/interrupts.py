@@ -85,23 +85,25 @@ def _writes(node: ast.AST) -> bool:
     return False
 
 
-def chosen(counts: Sequence[Counter[Place]], most: int | None, seed: int) -> list[list[tuple[Place, int]]]:
-    """Lines to interrupt each step before, the first time and the last one that they run.
+def chosen(
+    counts: Sequence[Counter[Place]], most: int | None, seed: int, within: str = ""
+) -> list[list[tuple[Place, int]]]:
+    """Lines to interrupt each step before, and which of the times that they run.
 
     Args:
         counts: How often each line runs in each step.
         most: So many lines of each step, drawn by the seed, half of them of functions that keep something. None is
-            every line of those, each in one of the steps that it runs in, those with the fewest first.
+            every line of those, the first time or the last, in turn, in one of the steps that it runs in.
         seed: Of the draw.
+        within: Folder of the package whose lines are meant by every line.
     """
     random, found = np.random.default_rng(seed), [list[tuple[Place, int]]() for _ in counts]
     if most is None:
-        for place in sorted({each for count in counts for each in count if each[1] in keeping(each[0])}):
+        every = {each for count in counts for each in count if each[0].startswith(f"{PACKAGE}/{within}")}
+        for turn, place in enumerate(sorted(each for each in every if each[1] in keeping(each[0]))):
             where = [number for number, count in enumerate(counts) if place in count]
-            for last in (False, True):
-                step = min(where, key=lambda number: len(found[number]))
-                if not last or counts[step][place] > 1:
-                    found[step].append((place, counts[step][place] if last else 1))
+            step = min(where, key=lambda number: len(found[number]))
+            found[step].append((place, counts[step][place] if turn % 2 else 1))
         return found
     for step, count in zip(found, counts, strict=True):
         kept = [each for each in count if each[1] in keeping(each[0])]
@@ -112,7 +114,9 @@ def chosen(counts: Sequence[Counter[Place]], most: int | None, seed: int) -> lis
     return found
 
 
-def differences(steps: Mapping[str, Step], *, most: int | None, seed: int = 0, errors: Errors = ERRORS) -> list[str]:
+def differences(
+    steps: Mapping[str, Step], *, most: int | None, seed: int = 0, errors: Errors = ERRORS, within: str = ""
+) -> list[str]:
     """Where a script comes to something else once one of its steps was interrupted; the first step begins anew.
 
     Every turn of the script interrupts each of its steps before one line, and the last turn none.
@@ -122,13 +126,14 @@ def differences(steps: Mapping[str, Step], *, most: int | None, seed: int = 0, e
         most: Lines of each step, see `chosen`.
         seed: Of the draw.
         errors: What is raised, in turn.
+        within: Folder of the package, see `chosen`.
     """
     wanted, counts, found = {name: step() for name, step in steps.items()}, [], []
     for name, step in steps.items():
         counts.append(Counter[Place]())
         if watched(step, lambda place, count=counts[-1]: count.update((place,))) != wanted[name]:  # type: ignore[misc]
             found.append(f"{name} does not repeat to the byte")
-    places = dict(zip(steps, chosen(counts, most, seed), strict=True))
+    places = dict(zip(steps, chosen(counts, most, seed, within), strict=True))
     for turn in range(max(map(len, places.values())) + 1):
         last = "nothing"
         for name, step in steps.items():
