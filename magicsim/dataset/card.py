@@ -34,7 +34,7 @@ MODULI: Share = (-0.25, 0.1)
 LEAST_HEIGHT_MM = 5.0
 """Least height for which that was found out; thinner blocks are read too hard by an unknown part."""
 
-TOUCH_ERROR, NEAR_ERROR, TOUCH_SAMPLES = 0.97, 0.2, 8
+TOUCH_ERROR, NEAR_ERROR, TOUCH_SAMPLES = 0.88, 0.2, 8
 """Error of the change of the image by a ball 1 mm deep in the default sensor, and by one 1 mm before it, root mean
 square over all of it [grey levels], with that many samples a pixel (docs/benchmarks/frame-error.json)."""
 
