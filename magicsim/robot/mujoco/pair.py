@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from magicsim.errors import ConfigError, unknown_choice
-from magicsim.robot.mujoco.solids import MjModel, MjSpec, engine
+from magicsim.robot.mujoco.solids import MjModel, MjSpec, engine, geoms_of, rigid_part
 from magicsim.scenes.scene import SceneConfig
 
 Range = tuple[float, float]
@@ -18,7 +18,8 @@ class Touch:
     site: str
     """The sensor's frame: origin at the centre of the contact face, +z into the sensor, y along its 32 mm side."""
     body: str
-    """The body that it sees and touches; all others meet its finger by MuJoCo's own contact."""
+    """The body that it sees and touches, with its children that have no joints; all others meet its finger by MuJoCo's
+    own contact."""
     scene: SceneConfig | None = None
     """Design, rig, friction and render settings; the coupling's own where it is None. Its object does not matter."""
     faces: str | None = None
@@ -56,10 +57,18 @@ def compiled(spec: MjSpec, touches: Sequence[Touch]) -> MjModel:
     model = spec.compile()
     for touch in touches:
         pair = find_pair(model, touch)
-        if (pair.finger, pair.body) not in _excluded(model):
-            spec.add_exclude(bodyname1=model.body(pair.finger).name, bodyname2=touch.body)
+        for bodies in _unexcluded(model, pair):
+            first, second = (_named(spec, body) for body in bodies)
+            spec.add_exclude(bodyname1=first, bodyname2=second)
             model = spec.compile()
     return model
+
+
+def _named(spec: MjSpec, number: int) -> str:
+    """Name of a body, which gets one where it has none: exclusions go by names."""
+    body = next(each for each in spec.bodies if each.id == number)
+    body.name = body.name or f"body {number}"
+    return str(body.name)
 
 
 def find_pair(model: MjModel, touch: Touch) -> Attachment:
@@ -86,25 +95,27 @@ def check_excluded(model: MjModel, touch: Touch, pair: Attachment) -> None:
     Raises:
         ConfigError: Says what to add.
     """
-    if (pair.finger, pair.body) in _excluded(model) or not _may_collide(model, pair):
+    pairs = [each for each in _unexcluded(model, pair) if _may_collide(model, *each)]
+    if not pairs:
         return
-    finger = str(model.body(pair.finger).name)
+    names = (str(model.body(body).name) or f"number {body}" for body in pairs[0])
     raise ConfigError(
-        f"body '{touch.body}' would touch site '{touch.site}' twice, by the sensor and by MuJoCo: add <exclude "
-        f'body1="{finger}" body2="{touch.body}"/> to <contact>, or compile with magicsim.robot.mujoco.compiled'
+        f"body '{touch.body}' would touch site '{touch.site}' twice, by the sensor and by MuJoCo: add "
+        '<exclude body1="{}" body2="{}"/> to <contact>, or compile with magicsim.robot.mujoco.compiled'.format(*names)
     )
 
 
-def _excluded(model: MjModel) -> set[tuple[int, int]]:
-    pairs = [(int(each) >> 16, int(each) & 0xFFFF) for each in model.exclude_signature]
-    return {*pairs, *((second, first) for first, second in pairs)}
-
-
-def _may_collide(model: MjModel, pair: Attachment) -> bool:
+def _unexcluded(model: MjModel, pair: Attachment) -> list[tuple[int, int]]:
+    """Bodies with geoms of the finger and of the object whose contact the model does not leave out."""
+    excluded = {frozenset((int(each) >> 16, int(each) & 0xFFFF)) for each in model.exclude_signature}
     ours, theirs = (
-        range(int(model.body_geomadr[body]), int(model.body_geomadr[body]) + int(model.body_geomnum[body]))
-        for body in (pair.finger, pair.body)
+        [each for each in rigid_part(model, body) if model.body_geomnum[each]] for body in (pair.finger, pair.body)
     )
+    return [each for each in product(ours, theirs) if frozenset(each) not in excluded]
+
+
+def _may_collide(model: MjModel, finger: int, body: int) -> bool:
+    ours, theirs = geoms_of(model, [finger]), geoms_of(model, [body])
     by_masks = any(
         model.geom_contype[a] & model.geom_conaffinity[b] or model.geom_contype[b] & model.geom_conaffinity[a]
         for a, b in product(ours, theirs)

@@ -3,7 +3,7 @@
 MuJoCo has metres, a geom's own frame, and half sizes; shapes here have millimetres.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import manifold3d
@@ -60,6 +60,32 @@ BALL_SEGMENTS = 128
 KINDS = ("sphere", "capsule", "cylinder", "box", "ellipsoid", "mesh")
 
 
+def rigid_part(model: MjModel, body: int) -> dict[int, Array]:
+    """A body and the children that no joint moves against it, with their frames in its own, shape (4, 4) [m].
+
+    A child without a joint is fixed to its parent; a mocap body has none and is moved by the caller all the same.
+    """
+    frames = {body: np.eye(4)}
+    for child in range(body + 1, int(model.nbody)):  # parents come before their children
+        parent = int(model.body_parentid[child])
+        if parent in frames and model.body_jntnum[child] == 0 and model.body_mocapid[child] < 0:
+            frames[child] = frames[parent] @ _frame(model.body_pos[child], model.body_quat[child])
+    return frames
+
+
+def geoms_of(model: MjModel, bodies: Iterable[int]) -> list[int]:
+    """Numbers of the geoms of some bodies."""
+    first, count = model.body_geomadr, model.body_geomnum
+    return [geom for body in bodies for geom in range(int(first[body]), int(first[body] + count[body]))]
+
+
+def _frame(position_m: Array, quaternion: Array) -> Array:
+    turn, frame = np.zeros(9), np.eye(4)
+    engine().mju_quat2Mat(turn, quaternion)
+    frame[:3, :3], frame[:3, 3] = turn.reshape(3, 3), position_m
+    return frame
+
+
 def body_solid(model: MjModel, body: int, geoms: Sequence[int]) -> tuple[Shape, int | None]:
     """The union of a body's geoms, and the geom whose frame it is in; None stands for the body's frame.
 
@@ -67,8 +93,8 @@ def body_solid(model: MjModel, body: int, geoms: Sequence[int]) -> tuple[Shape, 
 
     Args:
         model: `mujoco.MjModel`.
-        body: Number of the body, for messages.
-        geoms: Numbers of its geoms, at least one.
+        body: Number of the body.
+        geoms: Numbers of geoms of its rigid part, at least one.
 
     Raises:
         ConfigError: A geom of a kind that cannot press, a mesh that is not closed, or a size that is not allowed.
@@ -77,12 +103,11 @@ def body_solid(model: MjModel, body: int, geoms: Sequence[int]) -> tuple[Shape, 
         shape = geom_shape(model, geoms[0])
         check_size(model.body(body).name, shape)
         return shape, geoms[0]
-    parts = []
+    parts, frames = [], rigid_part(model, body)
     for geom in geoms:
         mesh = geom_shape(model, geom).mesh()
-        turn = np.zeros(9)
-        engine().mju_quat2Mat(turn, model.geom_quat[geom])
-        vertices = mesh.vertices @ turn.reshape(3, 3).T + MM * model.geom_pos[geom]
+        frame = frames[int(model.geom_bodyid[geom])] @ _frame(model.geom_pos[geom], model.geom_quat[geom])
+        vertices = mesh.vertices @ frame[:3, :3].T + MM * frame[:3, 3]
         triangles = manifold3d.Mesh64(np.ascontiguousarray(vertices), mesh.faces.astype(np.uint64))
         parts.append(manifold3d.Manifold(triangles))
     whole = manifold3d.Manifold.batch_boolean(parts, manifold3d.OpType.Add)
@@ -191,7 +216,7 @@ class BodyObject(ObjectBase):
 
 
 def body_object(model: MjModel, body: int) -> tuple[BodyObject, int | None]:
-    """A body as an object, and the geom whose frame it is in; None stands for the body's frame.
+    """A body with its rigid part as an object, and the geom whose frame it is in; None stands for the body's frame.
 
     Geoms that take part in MuJoCo's contacts make the solid; where there are none, all of them do. The colour is that
     of the first one, read as sRGB.
@@ -203,10 +228,9 @@ def body_object(model: MjModel, body: int) -> tuple[BodyObject, int | None]:
     Raises:
         ConfigError: The body has no geometry, or one that cannot press.
     """
-    first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
-    if count == 0:
+    geoms = geoms_of(model, rigid_part(model, body))
+    if not geoms:
         raise ConfigError(f"body '{model.body(body).name}' has no geometry to touch a sensor with: give it a geom")
-    geoms = list(range(first, first + count))
     colliding = [geom for geom in geoms if model.geom_contype[geom] or model.geom_conaffinity[geom]]
     solid, frame = body_solid(model, body, colliding or geoms)
     material = int(model.geom_matid[geoms[0]])

@@ -31,6 +31,20 @@ def test_contact_that_mujoco_would_answer_too_is_refused():
         check_excluded(model, TOUCH, find_pair(model, TOUCH))
 
 
+def test_contact_of_a_child_without_joints_is_left_out_or_refused():
+    import mujoco
+
+    spec = body("<geom type='sphere' size='.001'/><body pos='0 0 -.016'><geom type='sphere' size='.005'/></body>")
+    with pytest.raises(ConfigError, match='add <exclude body1="table" body2="number 3"/>'):
+        spec.add_exclude(bodyname1="table", bodyname2="thing")
+        check_excluded(spec.compile(), TOUCH, find_pair(spec.compile(), TOUCH))
+    model = compiled(spec, [TOUCH])
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert data.ncon == 0
+    check_excluded(model, TOUCH, find_pair(model, TOUCH))
+
+
 def test_geoms_that_do_not_collide_need_no_exclusion():
     model = body("<geom type='sphere' size='.005' contype='0' conaffinity='0'/>").compile()
     check_excluded(model, TOUCH, find_pair(model, TOUCH))

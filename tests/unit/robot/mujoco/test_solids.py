@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim.robot.mujoco.solids import body_object
+from magicsim.robot.mujoco.solids import body_object, rigid_part
 
 from .models import body
 
@@ -54,6 +54,36 @@ def test_only_geoms_that_collide_press_where_there_are_any():
     assert found.shape().support_mm(np.array([1.0, 0, 0])) == pytest.approx(3)
     assert found.color == (1, 0, 0)
     assert frame == 2
+
+
+TIP = """<geom type='box' size='.004 .004 .002' mass='.01'/>
+    <body pos='0 .01 0' quat='.7071068 .7071068 0 0'><body pos='.001 .002 0' euler='0 0 30'>
+        <geom type='box' size='.001 .001 .003'/>{}</body></body>"""
+"""A plate, and 10 mm aside a post along y, which two welds turn and lift by 2 mm."""
+
+
+def test_children_without_joints_belong_to_the_body():
+    found, frame = thing(TIP.format("<body pos='.5 0 0'><joint/><geom type='sphere' size='.09'/></body>"))
+    solid = found.shape()
+    assert frame is None
+    assert solid.mesh().volume_mm3() == pytest.approx(8 * 8 * 4 + 2 * 2 * 6, rel=0.02)
+    turned = np.cos(np.pi / 6) + np.sin(np.pi / 6)
+    for axis, reach in (((0, 1, 0), 13), ((0, 0, 1), 2 + turned), ((1, 0, 0), 4), ((0, -1, 0), 4)):
+        assert solid.support_mm(np.array(axis, float)) == pytest.approx(reach, abs=0.1)
+
+
+def test_body_whose_geometry_hangs_on_a_child_has_the_geometry_of_the_child():
+    found, frame = thing("<body pos='0 0 .01'><geom type='sphere' size='.003' mass='.01'/></body>")
+    assert found.shape().mesh().volume_mm3() == pytest.approx(4 / 3 * np.pi * 27, rel=0.01)
+    assert frame == 1
+
+
+def test_mocap_child_of_the_world_is_a_body_of_its_own():
+    import mujoco
+
+    text = "<mujoco><worldbody>{}<body mocap='true'>{}</body></worldbody></mujoco>"
+    model = mujoco.MjSpec.from_string(text.format(*["<geom type='sphere' size='.005'/>"] * 2)).compile()
+    assert list(rigid_part(model, 0)) == [0]
 
 
 @pytest.mark.parametrize(
