@@ -27,6 +27,7 @@ def press(
     hold_s: Annotated[float, Parameter(help="Time at the end of such a path.")] = 0.0,
     curve: Annotated[Path | None, Parameter(help="FILE.csv or .png: force against depth, up to --depth-mm.")] = None,
     points: Annotated[int, Parameter(help="Depths of the curve, evenly from 0.")] = 21,
+    max_iterations: Annotated[int, Parameter(help="Bound on time: iterations at one place of the path.")] = 2000,
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Solve one contact: press, then shear, then twist; quasi-static unless a speed is given.
@@ -45,7 +46,7 @@ def press(
             if is_given:
                 raise ConfigError(f"{name} is not allowed with curve: a curve is a straight press without time")
         title = f"{object} pressed into {design}" + (f", friction {friction:g}" if friction else "")
-        values = _curve(block, thing, depth_mm, points, friction, curve, title)
+        values = _curve(block, thing, depth_mm, points, friction, max_iterations, curve, title)
         print_result(values, as_json=json)
         return
     from magicsim.cli.progress import show_progress
@@ -54,7 +55,7 @@ def press(
     with show_progress(f"{design}: press") as progress:
         result = solve(
             block, thing, depth_mm=depth_mm, shear_mm=shear, twist_deg=twist_deg, friction=friction,
-            speed_mm_s=speed_mm_s, hold_s=hold_s, progress=progress,
+            speed_mm_s=speed_mm_s, hold_s=hold_s, max_iterations=max_iterations, progress=progress,
         )  # fmt: skip
     print_result(result.as_dict(), as_json=json)
 
@@ -90,6 +91,7 @@ def _curve(
     depth_mm: float,
     points: int,
     friction: float,
+    max_iterations: int,
     target: Path,
     title: str,
 ) -> dict[str, Any]:
@@ -105,7 +107,7 @@ def _curve(
         raise ConfigError("depth_mm = 0 is not allowed with curve: must be above 0")
     depths = [depth_mm * number / (points - 1) for number in range(points)]
     with show_progress(title) as progress:
-        found = press_curve(block, thing, depths, friction=friction, progress=progress)
+        found = press_curve(block, thing, depths, friction=friction, max_iterations=max_iterations, progress=progress)
     write_curve(found, target, title=title)
     return found.result.as_dict() | {"curve": str(target)}
 

@@ -64,7 +64,7 @@ def _beside(name: str, folder: Path) -> str:
     return whole.relative_to(here).as_posix() if whole.is_relative_to(here) else str(whole)
 
 
-MESH_SUFFIXES = (".stl", ".obj", ".ply", ".glb")
+MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb")
 """What tells that a file is a mesh."""
 HEADER = 1 << 16
 """Bytes of a PLY file in which its header ends."""

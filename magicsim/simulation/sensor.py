@@ -241,6 +241,7 @@ class Sensor:
                 point_spacing_mm=point_spacing_mm(indenter.shape),
                 branches=self._branches(),
                 recovers=self.contact.recovers,
+                max_iterations=self.contact.max_iterations,
             )
         start = previous if not previous.is_rest else None
         return self._solver.solve(indenter, start, dt_s=self.step_s)

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from magicsim.arrays import Array
+from magicsim.config.ranges import check_number
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.indentation.path import PathForce, PressResult, path_forces, timed_poses
@@ -18,7 +19,7 @@ from magicsim.deform.lattice.structure import box_lattice, build_lattice
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.solve.iterate import Progress, part_of
 from magicsim.deform.solve.ladder import Rung, rung_names
-from magicsim.deform.solve.path import ContactSolver
+from magicsim.deform.solve.path import MAX_ITERATIONS, ContactSolver
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.indenter import Indenter, place_object
@@ -31,6 +32,7 @@ MAX_TOLERANCE_MM = 0.1
 MAX_FRICTION = 5.0
 MAX_SPEED_MM_S = 1e4
 MAX_HOLD_S = 1e6
+MOST_ITERATIONS = 1_000_000
 MAX_POINTS = 1000
 """Most depths of one curve."""
 
@@ -74,6 +76,7 @@ def press(
     speed_mm_s: float | None = None,
     hold_s: float = 0.0,
     tolerance_mm: float = 0.002,
+    max_iterations: int = MAX_ITERATIONS,
     progress: Progress | None = None,
     told: Told = on_stderr,
 ) -> PressResult:
@@ -91,6 +94,7 @@ def press(
         speed_mm_s: Speed of the object on a path that takes time [mm/s]; the body must have a Prony series.
         hold_s: Time at the end of such a path [s].
         tolerance_mm: Largest penetration at any contact point [mm].
+        max_iterations: Iterations at one place of the path before the press is given up.
         progress: Told after every iteration, see `Progress`.
         told: Hears what takes longer than two seconds; nothing where `progress` does.
 
@@ -104,6 +108,7 @@ def press(
         _check_range(f"shear_mm along {axis}", motion, -size / 2, size / 2, "half the footprint")
     _check_range("twist_deg", twist_deg, -MAX_TWIST_DEG, MAX_TWIST_DEG, "one turn")
     check_friction(friction)
+    check_number("max_iterations", max_iterations, 1, MOST_ITERATIONS, whole=True)
     _check_range("tolerance_mm", tolerance_mm, 1e-6, MAX_TOLERANCE_MM, "a tenth of a millimetre")
     _check_time(speed_mm_s, hold_s, twist_deg)
     stages = [((0.0, 0.0), 0.0), (shear_mm, 0.0), (shear_mm, twist_deg)]
@@ -119,7 +124,15 @@ def press(
         steps = list(timed_poses([first, *poses], lengths, speed_mm_s=speed_mm_s, hold_s=hold_s))
     twists = [0.0] * len(steps) if speed_mm_s is not None else [twist for _, twist in stages]
     with waiting("pressing", told if progress is None else unheard) as share:
-        return follow(design, steps, twists, friction=friction, tolerance_mm=tolerance_mm, progress=progress or share)
+        return follow(
+            design,
+            steps,
+            twists,
+            friction=friction,
+            tolerance_mm=tolerance_mm,
+            max_iterations=max_iterations,
+            progress=progress or share,
+        )
 
 
 def press_curve(
@@ -129,6 +142,7 @@ def press_curve(
     *,
     friction: float = 0.0,
     tolerance_mm: float = 0.002,
+    max_iterations: int = MAX_ITERATIONS,
     progress: Progress | None = None,
     told: Told = on_stderr,
 ) -> PressCurve:
@@ -143,6 +157,7 @@ def press_curve(
         depths_mm: Depths from first contact along +z, each larger than the one before [mm].
         friction: Coulomb's coefficient between object and face.
         tolerance_mm: Largest penetration at any contact point [mm].
+        max_iterations: Iterations at one place of the path before the press is given up.
         progress: Told after every iteration, see `Progress`.
         told: Hears what takes longer than two seconds; nothing where `progress` does.
 
@@ -161,11 +176,20 @@ def press_curve(
             msg = f"depths_mm = {high:g} after {low:g} is not allowed: each depth must be larger than the one before"
             raise ConfigError(msg)
     check_friction(friction)
+    check_number("max_iterations", max_iterations, 1, MOST_ITERATIONS, whole=True)
     _check_range("tolerance_mm", tolerance_mm, 1e-6, MAX_TOLERANCE_MM, "a tenth of a millimetre")
     steps = [(place_object(object_config, gap_mm=-depth), math.inf) for depth in depths]
     twists = [0.0] * len(steps)
     with waiting("pressing deeper and deeper", told if progress is None else unheard) as share:
-        result = follow(design, steps, twists, friction=friction, tolerance_mm=tolerance_mm, progress=progress or share)
+        result = follow(
+            design,
+            steps,
+            twists,
+            friction=friction,
+            tolerance_mm=tolerance_mm,
+            max_iterations=max_iterations,
+            progress=progress or share,
+        )
     return PressCurve(result=result)
 
 
@@ -176,6 +200,7 @@ def follow(
     *,
     friction: float,
     tolerance_mm: float,
+    max_iterations: int = MAX_ITERATIONS,
     progress: Progress | None,
 ) -> PressResult:
     """Solves a path of poses, each from the one before.
@@ -186,6 +211,7 @@ def follow(
         twists_deg: Turn about z of each pose on the path [degrees].
         friction: Coulomb's coefficient between object and face.
         tolerance_mm: Largest penetration at any contact point [mm].
+        max_iterations: Iterations at one place of the path before the press is given up.
         progress: Told after every iteration, see `Progress`.
 
     Raises:
@@ -200,6 +226,7 @@ def follow(
     solver = ContactSolver(
         lattice,
         tolerance_mm=tolerance_mm,
+        max_iterations=max_iterations,
         friction=friction,
         point_spacing_mm=point_spacing_mm(poses[0].shape),
         branches=body_branches(design, lattice) if math.isfinite(steps[0][1]) else None,

@@ -28,6 +28,7 @@ from magicsim.deform.solve.iterate import (
     force_balance,
     lift,
     report,
+    report_bound,
     report_passage,
 )
 from magicsim.deform.solve.ladder import Care, Rung, Strides, rung_names
@@ -57,6 +58,9 @@ BALANCE_SHARE = 100.0
 """Largest force balance in units of the residual that ends the iterations, where that is not `MAX_BALANCE`'s."""
 SHORTEST_FEATURE_MM = 0.1
 """Objects with smaller features do not shorten the load steps further [mm]."""
+MAX_ITERATIONS = 2000
+"""Iterations of one equilibrium before a press is given up, all load steps and restarts together. Time is bounded in
+work, so that it never decides about a result; the 649 presses of `benchmarks/stress.py` need at most 874."""
 LONGER = 4
 """How much longer the load steps of a path are that is begun again: they do not meet the snaps of a face between the
 bumps of a texture at all; assumed."""
@@ -83,6 +87,7 @@ class ContactSolver:
         point_spacing_mm: float = POINT_SPACING_MM,
         branches: Branches | None = None,
         recovers: bool = False,
+        max_iterations: int = MAX_ITERATIONS,
     ) -> None:
         """Prepares a lattice.
 
@@ -95,7 +100,9 @@ class ContactSolver:
             point_spacing_mm: Largest distance between contact points at rest [mm].
             branches: Relaxation of a timed path; None is the quasi-static, long-term response.
             recovers: Whether a dent goes on recovering where nothing touches; it needs branches.
+            max_iterations: Bound of one equilibrium, see `MAX_ITERATIONS`.
         """
+        self.max_iterations = max_iterations
         self.recovers = recovers and branches is not None
         self.lattice = lattice
         self.max_step_mm = max_step_mm
@@ -133,8 +140,8 @@ class ContactSolver:
             object or below a part of it, unless a dent recovers there.
 
         Raises:
-            ConvergenceError: No valid equilibrium was found, or the object lies inside the block between the points
-                (see `overlap`); the message has the figures.
+            ConvergenceError: No valid equilibrium was found, or none within the bound, or the object lies inside the
+                block between the points (see `overlap`); the message has the figures.
         """
         touches = self.can_touch(indenter)
         if not touches:
@@ -223,6 +230,9 @@ class ContactSolver:
         strides = Strides(usual=1.0 / count)
         before_cutbacks = effort.cutbacks
         while strides.done < 1 and not strides.gave_up:
+            if effort.iterations >= self.max_iterations:
+                depths = [max(0.0, replace(indenter, pose=each).top_mm()) for each in (pose, indenter.pose)]
+                raise ConvergenceError(report_bound(problem, effort, self.max_iterations, *depths))
             target, effort.share = strides.target, strides.done
             next_pose = indenter.pose if target == 1 else pose_between(first, indenter.pose, target)
             moved, before = (replace(indenter, pose=each) for each in (next_pose, pose))

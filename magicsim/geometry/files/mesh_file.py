@@ -22,16 +22,20 @@ from magicsim.config.documents import parse_json
 from magicsim.config.presets import PATHS_START, is_file
 from magicsim.errors import ConfigError
 from magicsim.folder.listing import sha256_of
-from magicsim.geometry.files.polygons import triangulated_obj
+from magicsim.geometry.files.ply_faces import triangulated_ply
+from magicsim.geometry.files.polygons import off_as_obj, triangulated_obj
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.shapes.mesh_solid import MeshShape
 
 LOGGER = logging.getLogger(__name__)
 logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # its errors are reported once, by us
-SUFFIXES = (".stl", ".obj", ".ply", ".glb")
+SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb")
 MAX_BYTES = 200_000_000
 """Largest file: text with as many triangles as are allowed has about 130 MB."""
 MAX_TRIANGLES = 500_000
+MAX_PAIRS, SAMPLED_EDGES = 3e8, 64
+"""Most pairs of an edge and a triangle whose boxes meet, and edges of which they are estimated: needles that share a
+corner have as many as their number squared, and every distance takes as long as all of them."""
 MAX_VALUES = 3 * MAX_TRIANGLES
 """Most values of one kind in a GLB file."""
 MAX_JSON = 16_000_000
@@ -55,7 +59,7 @@ JITTER = 1e-9
 
 
 def load_mesh(path: str, *, scale: float | None = None, feature_mm: float | None = None) -> MeshShape:
-    """Reads an STL, OBJ, PLY or GLB file; z is up, and one unit of the file is so many millimetres as `scale` says.
+    """Reads an STL, OBJ, PLY, OFF or GLB file; z is up, and one unit of the file has `scale` millimetres.
 
     Without a scale it is one millimetre, and of GLB files, whose standard says metres and y up (glTF 2.0, 3.4), 1000; a
     size or a header that tells of another unit is warned about.
@@ -85,12 +89,23 @@ def read_mesh(path: str, *, with_colors: bool = True) -> trimesh.Trimesh:
     """Vertices, triangles and, where asked for, colours of a file in its own units, z up, nothing merged or mended."""
     suffix = Path(path).suffix.lower()
     options: dict[str, Any] = {"process": False} | ({"skip_materials": not with_colors} if suffix == ".obj" else {})
-    if suffix == ".obj" and (text := triangulated_obj(Path(path).read_bytes())) is not None:
-        return trimesh.load_mesh(io.BytesIO(text), file_type="obj", resolver=FilePathResolver(path), **options)
-    mesh = trimesh.load_mesh(path, **options)
+    kind = ".obj" if suffix == ".off" else suffix
+    if (content := _triangulated(path, suffix)) is not None:
+        mesh = trimesh.load_mesh(io.BytesIO(content), file_type=kind[1:], resolver=FilePathResolver(path), **options)
+    else:
+        mesh = trimesh.load_mesh(path, **options)
     if suffix == ".glb":
         mesh.vertices = np.asarray(mesh.vertices)[:, [0, 2, 1]] * (1, -1, 1)
     return mesh
+
+
+def _triangulated(path: str, suffix: str) -> bytes | None:
+    """The content of a file of polygons as its reader wants it; None where that takes the file as it is."""
+    if suffix == ".off":
+        text = off_as_obj(Path(path).read_bytes())
+        return triangulated_obj(text) or text
+    change = {".obj": triangulated_obj, ".ply": triangulated_ply}.get(suffix)
+    return change(Path(path).read_bytes()) if change is not None else None
 
 
 @lru_cache(maxsize=4)
@@ -127,10 +142,15 @@ def _closed_surface(path: str, scale: float) -> SurfaceMesh:
         problem = _announced_problem(Path(path))
         if problem is None:
             loaded = read_mesh(path, with_colors=False)
-            problem = _size_problem(np.asarray(loaded.vertices, np.float64)[np.unique(loaded.faces)] * scale)
+            used = np.unique(loaded.faces)
+            if used.min(initial=0) < 0:  # the readers count it from the end
+                problem = "has a face that names a vertex that is not there"
+            else:
+                problem = _size_problem(np.asarray(loaded.vertices, np.float64)[used] * scale, scale)
         if problem is None:
             mesh = trimesh.Trimesh(loaded.vertices, loaded.faces, process=True)
             mesh = trimesh.Trimesh(np.asarray(mesh.vertices) * scale, mesh.faces, process=True)
+            mesh.update_faces((mesh.faces != np.roll(mesh.faces, 1, axis=1)).all(axis=1))  # no triangle of two corners
             problem = _solid_problem(mesh)
         if problem is None:
             if mesh.volume < 0:
@@ -158,7 +178,8 @@ def _announced_problem(path: Path) -> str | None:
     size = path.stat().st_size
     if size > MAX_BYTES:
         return f"has {size / 1e6:.0f} MB: at most {MAX_BYTES / 1e6:.0f} MB are allowed"
-    count = {".stl": _stl_triangles, ".obj": _obj_triangles, ".ply": _ply_triangles, ".glb": _glb_triangles}
+    count = {".stl": _stl_triangles, ".obj": _obj_triangles, ".ply": _ply_triangles, ".off": _off_triangles,
+             ".glb": _glb_triangles}  # fmt: skip
     triangles = count[path.suffix.lower()](path.read_bytes()) if size else 0
     if triangles == 0:
         return "is empty: it has no triangles"
@@ -175,9 +196,10 @@ def _stl_triangles(content: bytes) -> int:
     promised = 84 + 50 * count
     if len(content) == promised:
         return count
-    if start.lstrip()[:5].lower() == b"solid" and (b"facet" in start or b"endsolid" in start):
+    start = start.lower().removeprefix(b"\xef\xbb\xbf").lstrip()
+    if start[:5] == b"solid" and (b"facet" in start or b"endsolid" in start):
         _refuse_null(start)
-        return content.count(b"endfacet")
+        return content.lower().count(b"endfacet")
     msg = (
         f"it is no text STL, and a binary one of the {count} triangles in its header has {promised} bytes; this one "
         f"has {len(content)}"
@@ -188,6 +210,11 @@ def _stl_triangles(content: bytes) -> int:
 def _obj_triangles(content: bytes) -> int:
     _refuse_null(content)
     return sum(1 for _ in re.finditer(rb"(?m)^[ \t]*f\s", content))
+
+
+def _off_triangles(content: bytes) -> int:
+    _refuse_null(content)
+    return off_as_obj(content).count(b"\nf ")
 
 
 def _refuse_null(text: bytes) -> None:
@@ -220,11 +247,17 @@ def _glb_triangles(content: bytes) -> int:
         raise ValueError(msg)
     tree = parse_json(content[20 : 20 + chunk].decode(), source="its JSON")
     try:
+        parts = [part for mesh in tree.get("meshes", ()) for part in mesh["primitives"]]
+        positions = [part["attributes"]["POSITION"] for part in parts if "POSITION" in part.get("attributes", ())]
+        is_coded = any(tree["accessors"][each].get("normalized") for each in positions)
         most = max((int(each["count"]) for each in tree.get("accessors", ())), default=0)
         triangles = sum(_shown_triangles(tree))
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError):
         msg = "its JSON is no glTF"
         raise ValueError(msg) from None
+    if is_coded or any("sparse" in each for each in tree.get("accessors", ())):
+        msg = "its positions are sparse, or shares of the largest integer: write them as plain numbers"
+        raise ValueError(msg)
     if most > MAX_VALUES:
         msg = f"it has {most} values of one kind: at most {MAX_VALUES} are allowed"
         raise ValueError(msg)
@@ -238,7 +271,7 @@ def _shown_triangles(tree: dict[str, Any]) -> Iterator[int]:
             yield int(tree["accessors"][corners]["count"]) // 3
 
 
-def _size_problem(corners_mm: Array) -> str | None:
+def _size_problem(corners_mm: Array, scale: float) -> str | None:
     """Why a mesh cannot press by the corners of its triangles, before anything is computed from them."""
     if len(corners_mm) == 0:
         return "is empty: it has no triangles"
@@ -248,6 +281,8 @@ def _size_problem(corners_mm: Array) -> str | None:
     if not (extents.min() >= MIN_SIZE_MM and extents.max() <= MAX_SIZE_MM):
         size = " x ".join(f"{extent:.4g}" for extent in extents)
         wanted = "metres? try scale=1000" if extents.max() < MIN_SIZE_MM else "change scale"
+        if scale == MM_PER_UNIT[".glb"] and extents.max() <= scale * MAX_SIZE_MM:
+            wanted = "millimetres? try scale=1"
         return f"measures {size} mm: must be {MIN_SIZE_MM:g} to {MAX_SIZE_MM:g} mm; {wanted}"
     if far > MAX_PLACE_MM:
         return f"reaches {far:.4g} mm from its origin: at most {MAX_PLACE_MM:g} mm are allowed; move it there"
@@ -259,7 +294,24 @@ def _solid_problem(mesh: trimesh.Trimesh) -> str | None:
         return too_many
     if not (mesh.is_watertight and mesh.is_winding_consistent):
         return "is not watertight: every edge must belong to two triangles of consistent winding"
-    return None
+    return _needle_problem(np.asarray(mesh.vertices)[mesh.faces])
+
+
+def _needle_problem(corners: Array) -> str | None:
+    """Why triangles, shape (triangles, 3, 3), are too long and thin to be searched in a time that is worth it."""
+    if (edges := 1.5 * len(corners)) * len(corners) < MAX_PAIRS:
+        return None
+    low, high = corners.min(1), corners.max(1)
+    random, near = np.random.default_rng(0), 0
+    triangle, first = random.integers(0, len(corners), SAMPLED_EDGES), random.integers(0, 3, SAMPLED_EDGES)
+    for ends in np.stack([corners[triangle, first], corners[triangle, (first + 1) % 3]], axis=1):
+        meets = np.flatnonzero((low[:, 0] <= ends[:, 0].max()) & (high[:, 0] >= ends[:, 0].min()))
+        near += int(((low[meets] <= ends.max(0)) & (high[meets] >= ends.min(0))).all(1).sum())
+    if near / SAMPLED_EDGES * edges < MAX_PAIRS:
+        return None
+    return (
+        f"has {len(corners)} triangles that are long and thin, each among {near // SAMPLED_EDGES} others: mesh it anew"
+    )
 
 
 def crossing_edges(surface: SurfaceMesh) -> int:

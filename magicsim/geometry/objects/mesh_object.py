@@ -15,7 +15,7 @@ LEAST_TOUCHING_MM = 0.5
 
 
 class MeshObject(ObjectBase):
-    """A watertight mesh from an STL, OBJ, PLY or GLB file, in the file's own frame; that of a GLB file has y up."""
+    """A watertight mesh from an STL, OBJ, PLY, OFF or GLB file, in the file's frame; that of a GLB file has y up."""
 
     kind: Literal["mesh"]
     path: str

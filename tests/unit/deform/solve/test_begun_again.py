@@ -46,6 +46,18 @@ def test_a_path_with_friction_is_not_begun_again(friction: float, restarts: int)
         pressed(2.0, 0.4, longest_mm=1.0, options=hopeless, friction=friction)
 
 
+def test_a_path_that_meets_its_bound_says_how_deep_it_got() -> None:
+    ball = place_object(parse_object("sphere:radius_mm=2"), gap_mm=-0.8)
+    told = r"bound of max_iterations = 5 .* 0\.[2-6]\d* mm deep, and 0\.8 mm were asked for: press less deep"
+    with pytest.raises(ConvergenceError, match=told) as error:
+        ContactSolver(LATTICE, max_step_mm=0.2, max_iterations=5).solve(ball)
+    assert "\n" not in str(error.value)
+    usual, bounded = (
+        ContactSolver(LATTICE, max_step_mm=0.2, max_iterations=bound).solve(ball) for bound in (2000, 100)
+    )
+    assert usual.force_n.tobytes() == bounded.force_n.tobytes()
+
+
 @pytest.mark.slow
 def test_a_dome_in_a_soft_block_is_pressed_back_instead_of_piercing_its_face() -> None:
     # Newton iterations from 1.8 to 3 mm end with the shaft in a hole of the face, squeezed at its flanks alone.

@@ -105,7 +105,7 @@ def test_too_many_triangles_are_refused(tmp_path: Path, monkeypatch: pytest.Monk
 @pytest.mark.parametrize(
     ("name", "content", "named"),
     [
-        ("part.step", b"", "must end in .stl, .obj, .ply or .glb"),
+        ("part.step", b"", "must end in .stl, .obj, .ply, .off or .glb"),
         ("part.stl", b"", "mesh '"),
         ("part.stl", b"solid nothing\nendsolid nothing\n", "mesh '"),
         ("part.obj", b"", "mesh '"),
@@ -333,6 +333,33 @@ def test_concave_polygons_of_an_obj_cover_their_own_ground(tmp_path: Path, first
     inside_the_slot = shape.distance(np.array([[0.0, 1.0, -0.1]]))[0]
     assert inside_the_slot[0] == pytest.approx(0.4)
     assert not caplog.records
+
+
+def test_triangle_of_two_corners_is_left_out(tmp_path: Path):
+    ball = trimesh.creation.icosphere()
+    faces = np.concatenate([ball.faces, [[0, 0, 1]]])
+    path = written(tmp_path, trimesh.Trimesh(ball.vertices, faces, process=False))
+    assert len(load_mesh(path).surface.faces) == len(ball.faces)
+
+
+def test_text_stl_may_be_in_capitals_after_a_mark_of_utf_8(tmp_path: Path):
+    text = trimesh.exchange.stl.export_stl_ascii(trimesh.creation.box((6, 6, 6)))
+    (tmp_path / "a.stl").write_text("\ufeff" + text.upper(), encoding="utf-8")
+    assert load_mesh(str(tmp_path / "a.stl")).surface.volume_mm3() == pytest.approx(216)
+
+
+def test_glb_in_millimetres_is_told(tmp_path: Path):
+    path = written(tmp_path, ball(), "ball.glb")
+    with pytest.raises(ConfigError, match=r"millimetres\? try scale=1$"):
+        load_mesh(path)
+    assert load_mesh(path, scale=1.0).support_mm(np.array([0.0, 0.0, 1.0])) == pytest.approx(3.0)
+
+
+def test_triangles_of_one_corner_are_refused_before_they_take_minutes(tmp_path: Path):
+    path = written(tmp_path, trimesh.creation.cone(4.0, 8.0, sections=12_000))
+    with pytest.raises(ConfigError, match=r"has 24000 triangles that are long and thin, each among 1\d{4} others"):
+        load_mesh(path)
+    load_mesh(written(tmp_path, trimesh.creation.icosphere(subdivisions=5, radius=5)))
 
 
 def test_exported_glb_is_the_same_solid_as_a_mesh(tmp_path: Path):

@@ -35,9 +35,11 @@ def test_contact_of_a_child_without_joints_is_left_out_or_refused():
     import mujoco
 
     spec = body("<geom type='sphere' size='.001'/><body pos='0 0 -.016'><geom type='sphere' size='.005'/></body>")
+    spec.add_exclude(bodyname1="table", bodyname2="thing")
+    model = spec.compile()
+    pair = find_pair(model, TOUCH)
     with pytest.raises(ConfigError, match='add <exclude body1="table" body2="number 3"/>'):
-        spec.add_exclude(bodyname1="table", bodyname2="thing")
-        check_excluded(spec.compile(), TOUCH, find_pair(spec.compile(), TOUCH))
+        check_excluded(model, TOUCH, pair)
     model = compiled(spec, [TOUCH])
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
