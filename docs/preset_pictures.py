@@ -22,17 +22,10 @@ NAMES = (
 )  # fmt: skip
 PRESSED = (
     "object={kind='box',size_mm=[4.0,6.0,4.0],edge_radius_mm=0.3,yaw_deg=25.0,color=[0.85,0.45,0.15]}",
-    "keyframes=[{frame=0},{frame=1,gap_mm=-0.6}]", "references=0", "render.samples=24", "render.particles=150000",
-    "render.anchor_samples=0",
+    "keyframes=[{frame=0},{frame=1,gap_mm=-0.6}]", "references=0",
 )  # fmt: skip
-GRAINY = {
-    "translucent-9dtact": (
-        "render.samples=128",
-        "render.particles=1500000",
-        "keyframes=[{frame=0},{frame=1,gap_mm=-1.2}]",
-    ),
-}
-"""Settings of a gel that scatters, whose light is dim."""
+DEEPER = {"translucent-9dtact": ("keyframes=[{frame=0},{frame=1,gap_mm=-1.2}]",)}
+"""Settings of a gel that scatters, in which a shallow touch is dim."""
 SHORT_PX, LABEL_PX, ACROSS, SPACE_PX = 120, 18, 2, 4
 TILE_PX = (220, 220)
 
@@ -42,7 +35,7 @@ def frames(name: str) -> list[Frame]:
     camera = load_scene(name).rig.camera
     scale = SHORT_PX / min(camera.columns, camera.rows)
     size = [f"rig.camera.{axis}={round(scale * getattr(camera, axis))}" for axis in ("columns", "rows")]
-    images = [each.image for each in simulate(load_scene(name, [*PRESSED, *size, *GRAINY.get(name, ())])).frames]
+    images = [each.image for each in simulate(load_scene(name, [*PRESSED, *size, *DEEPER.get(name, ())])).frames]
     return [*(on_screen(each, gamma=camera.gamma) for each in images), change(images[1], images[0])]
 
 
