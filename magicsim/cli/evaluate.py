@@ -14,11 +14,12 @@ from magicsim.folder.kept import TAKES
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from magicsim.evaluation.evaluate import Evaluation
     from magicsim.evaluation.footage import Footage
     from magicsim.evaluation.suite import SuiteConfig
 
-REGRESSED = 1
-"""Exit code where a measure fell significantly against the baseline."""
+REGRESSED, UNJUDGED = 1, 3
+"""Exit codes where a measure fell or a class collapsed, and where no fall against a baseline could have been found."""
 
 
 @app.command
@@ -57,12 +58,16 @@ def evaluate(
     baseline: Annotated[Path | None, Parameter(help="What to compare with; the shipped one by default.")] = None,
     save_baseline: Annotated[Path | None, Parameter(help="Where to keep these verdicts as a baseline.")] = None,
     quick: Annotated[bool, Parameter(negative="", help="Three minutes at most; says what it leaves out.")] = False,
+    allow_weak: Annotated[bool, Parameter(negative="", help="Too few takes for any verdict are no error.")] = False,
     on: Annotated[Path | None, Parameter(help="Judge frames that exist: a run, a dataset, or a recording.")] = None,
     out: Out = Path("magicsim-evaluate"),
     cache: Annotated[Path, Parameter(help="Folder of rendered episodes.")] = TAKES,
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Judge a detector on a suite of labelled episodes; exit code 1 where it is worse than the baseline.
+
+    Exit code 1 is also that of a class that is never named and of accuracies by chance, unless the baseline has that
+    too; 3 is that of a baseline with which too few takes are shared for any fall to be found.
 
     --seed draws other camera noise of the same episodes, which needs no new rendering. --on renders nothing at all: a
     detector of your own is judged there in seconds.
@@ -120,8 +125,16 @@ def evaluate(
     else:
         told = [f"left out: {', '.join(left_out)}"] if left_out else []
         sys.stdout.write("\n".join([*describe(found), *told, f"report: {report}", ""]))
-    if found.regressions:
+    _end(found, allow_weak=allow_weak)
+
+
+def _end(found: "Evaluation", *, allow_weak: bool) -> None:
+    """Ends with the exit code of a verdict; one that is good goes on."""
+    if found.is_worse:
         sys.exit(REGRESSED)
+    if found.cannot_judge and not allow_weak:
+        sys.stderr.write(f"magicsim: cannot judge: {found.cannot_judge}; add takes, or give --allow-weak\n")
+        sys.exit(UNJUDGED)
 
 
 def _foretell(suite: "SuiteConfig", cache: Path, *, is_quick: bool) -> None:

@@ -18,6 +18,7 @@ from magicsim.evaluation.rest import Rest, rest_streams
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.evaluation.take import list_cases
 from magicsim.frame_class import FrameClass
+from magicsim.judge.collapse import Collapse, collapses
 from magicsim.judge.curves import (
     NO_TOUCH,
     NOTHING_NEAR,
@@ -63,6 +64,8 @@ class Evaluation:
     seconds: float
     not_judged: str | None = None
     """What was not judged, and why; None where all was."""
+    collapses: list[Collapse] = field(default_factory=list)
+    """Classes that are never named and accuracies by chance in the standard condition."""
 
     @property
     def regressions(self) -> list[Change]:
@@ -73,6 +76,20 @@ class Evaluation:
     def improvements(self) -> list[Change]:
         """Changes that are significantly better."""
         return [each for each in self.changes if each.is_improvement]
+
+    @property
+    def is_worse(self) -> bool:
+        """Whether a measure fell, or something collapsed that the baseline, if there is one, tells apart."""
+        return bool(self.regressions) or not all(each.is_known for each in self.collapses)
+
+    @property
+    def cannot_judge(self) -> str | None:
+        """Why no fall in the standard condition could have been found; None where one could, and without a baseline."""
+        tested = [each for each in self.changes if each.condition == self.standard and each.p_fall is not None]
+        if self.baseline is None or any(each.smallest_fall is not None for each in tested):
+            return None
+        takes = max((each.episodes for each in tested), default=0)
+        return f"{takes} shared take{'s'[: takes != 1]} in {self.standard}, in which no fall could be found"
 
     def as_dict(self) -> dict[str, Any]:
         """What goes into the JSON: everything but images and single frames."""
@@ -92,6 +109,8 @@ class Evaluation:
             "regressions": [asdict(each) for each in self.regressions],
             "improvements": [asdict(each) for each in self.improvements],
             "not_judged": self.not_judged,
+            "collapses": [asdict(each) for each in self.collapses],
+            "cannot_judge": self.cannot_judge,
             "episodes": len(self.episodes),
             "frames": sum(len(each.proximity) for each in self.episodes),
             "milliseconds_per_frame": times[len(times) // 2],
@@ -160,19 +179,21 @@ def evaluate_suite(
         standard = groups[conditions[0]]
         options: dict[str, Any] = {"resamples": suite.resamples, "seed": suite.seed}
         curve = options | {"false_alarm_rate": suite.false_alarm_rate}
-        changes = []
+        changes, before = [], []
         if baseline is not None:
             pairs = paired(baseline, episodes)
             if other := other_code(baseline.made_by, versions()):
                 LOGGER.warning("the baseline was made by %s: what differs from it may be the program", other)
             conditions_now = [condition_of(now) for _, now in pairs]
             changes = compare(pairs, conditions_now, seed=suite.seed, same_scale=baseline.detector == detector)
+            before = [then for then, _ in pairs if condition_of(then) == conditions[0]]
+        metrics = {group: _estimates(each, coated=coated, **options) for group, each in groups.items()}
         return Evaluation(
             suite=name,
             detector=detector,
             baseline=baseline.detector if baseline is not None else None,
             standard=conditions[0],
-            metrics={group: _estimates(each, coated=coated, **options) for group, each in groups.items()},
+            metrics=metrics,
             confusion=confusion(standard, coated=coated),
             distance=[] if coated else detection_by_distance(standard, **curve),
             depth=detection_by_depth(standard, **curve),
@@ -186,6 +207,7 @@ def evaluate_suite(
             footage=footage,
             seconds=time.perf_counter() - start,
             not_judged=COATED if coated else None,
+            collapses=collapses(standard, metrics[conditions[0]], before, coated=coated),
         )
 
 

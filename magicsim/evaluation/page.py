@@ -45,6 +45,7 @@ class ChangeRow:
     baseline: str
     current: str
     p: str
+    smallest: str
     is_tested: bool
     verdict: str
     frames: list[FrameRun]
@@ -86,6 +87,8 @@ def render_page(result: Evaluation) -> str:
         roc=Markup(plot_roc(result.roc, name="roc")),
         distance=_drawn(result, "distance"),
         depth=_drawn(result, "depth"),
+        collapses=collapse_lines(result),
+        cannot_judge=result.cannot_judge,
         compared=[change_row(each) for each in result.changes],
         pictures=sheet(result.footage, result.episodes, result.standard),
         changed=changed_sheet(result.footage, result.episodes, worse),
@@ -116,9 +119,24 @@ def describe(result: Evaluation) -> list[str]:
             f"  {run.episode} {span(run.first, run.last)}: {run.truth}, {run.baseline} -> {run.current}"
             for run in each.frames
         ]
-    if result.baseline is not None and not result.regressions:
-        lines.append(f"no regression against {result.baseline}")
+    lines += collapse_lines(result)
+    for condition in dict.fromkeys(each.condition for each in result.changes):
+        parts = [
+            f"{COLUMNS[each.measure]} {change_row(each).smallest}"
+            for each in result.changes
+            if each.condition == condition and each.measure in COLUMNS
+        ]
+        lines.append(f"smallest falls that could be found, {condition}: {', '.join(parts)}")
+    if result.baseline is not None and not result.is_worse:
+        weak = f"cannot judge: {result.cannot_judge}" if result.cannot_judge else ""
+        lines.append(weak or f"no regression against {result.baseline}")
     return lines
+
+
+def collapse_lines(result: Evaluation) -> list[str]:
+    """What collapsed as lines for people."""
+    known = f", as of the baseline {result.baseline}"
+    return [f"collapse: {result.detector}: {each.says}{known if each.is_known else ''}" for each in result.collapses]
 
 
 def rest_lines(rests: Sequence[Rest]) -> list[str]:
@@ -194,6 +212,7 @@ def change_row(each: Change) -> ChangeRow:
         baseline=show(each.baseline),
         current=show(each.current),
         p=MISSING if p is None else f"{p:.3g}",
+        smallest="none" if each.smallest_fall is None else show(each.smallest_fall),
         is_tested=p is not None,
         verdict="regression" if each.is_regression else "improvement" if each.is_improvement else "no change",
         frames=each.frames,

@@ -1,56 +1,114 @@
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from evaluation.synthetic import PROFILE
-from laboratory.injected_faults import FAULTS, SwappedChannels
+from evaluation.synthetic import PROFILE, make_suite
+from laboratory.injected_faults import DELAY, FAULTS, STUCK, Fault, swapped
 
+from magicsim.detectors.profile import DetectorProfile
 from magicsim.evaluation.baseline import load_baseline, save_baseline
-from magicsim.evaluation.evaluate import Evaluation
+from magicsim.evaluation.detector import MakeDetector, ProfileDetector
+from magicsim.evaluation.evaluate import Evaluation, evaluate_suite, film_suite
+from magicsim.evaluation.footage import quick_suite
 from magicsim.evaluation.suite import load_suite
 
+SOUND = replace(PROFILE, reference_count=6)
+BETTER = {"tau_b_2"}
+"""What tells a touch more clearly on the made-up sensor."""
 
-def test_every_fault_differs_from_the_sound_detectors_in_what_it_says():
-    frames = np.random.default_rng(0).integers(20, 120, (8, 32, 24, 3), np.uint8)
+
+def test_at_least_thirty_faults_of_which_those_of_a_profile_change_one_option():
+    assert len(FAULTS) >= 30
+    changed = [fault.make(SOUND) for fault in FAULTS.values()]
+    profiles = [each.profile for each in changed if isinstance(each, ProfileDetector)]
+    assert len(profiles) >= 15
+    for profile in profiles:
+        assert sum(getattr(profile, key) != getattr(SOUND, key) for key in SOUND.__slots__) == 1
+
+
+def test_answers_come_late_or_stay():
+    frames = np.random.default_rng(0).integers(20, 120, (6 + STUCK + 4, 32, 24, 3), np.uint8)
     frames[:, ::4] //= 4
-    sound = replace(PROFILE, reference_count=6)
-    for name, fault in FAULTS.items():
-        detector = fault.make(sound)
+
+    def scores(fault: Fault) -> list[float]:
+        detector = fault.make(SOUND)
         detector.fit(list(frames[:6]))
-        detector.step(frames[6])
-        if name != "swapped":
-            assert detector.profile != sound
-            assert sum(getattr(detector.profile, key) != getattr(sound, key) for key in sound.__slots__) == 1
+        return [detector.step(each).touch for each in frames[6:]]
+
+    right = scores(Fault(says="sound", make=ProfileDetector))
+    assert len(set(right)) == len(right)
+    assert scores(FAULTS["delayed"]) == [right[0]] * DELAY + right[:-DELAY]
+    assert scores(FAULTS["stuck"]) == right[:STUCK] + [right[STUCK - 1]] * 4
 
 
-def test_swapped_channels_change_frames_and_not_references(monkeypatch: pytest.MonkeyPatch):
-    seen: list[np.ndarray] = []
-
-    class Watch:
-        def fit(self, references: Sequence[np.ndarray]) -> None:
-            seen.extend(references)
-
-        def step(self, frame: np.ndarray) -> None:
-            seen.append(frame)
-
-    monkeypatch.setattr("laboratory.injected_faults.ProfileDetector", lambda profile: Watch())
-    detector = SwappedChannels(PROFILE)
-    frame = np.arange(12, dtype=np.uint8).reshape(2, 2, 3)
-    detector.fit([frame])
-    detector.step(frame)
-    assert (seen[0] == frame).all()
-    assert seen[1][0, 0].tolist() == [1, 0, 2]
+def test_swapped_channels_are_red_and_green():
+    assert swapped(np.arange(12, dtype=np.uint8).reshape(2, 2, 3))[0, 0].tolist() == [1, 0, 2]
 
 
-@pytest.mark.slow
-def test_a_swapped_channel_raises_an_alarm_on_a_made_up_sensor(evaluate: Callable[..., Evaluation], tmp_path: Path):
-    file = tmp_path / "sound.json"
-    save_baseline(file, evaluate().episodes, suite="tiny", detector="sound")
-    known = load_baseline(file)
-    assert evaluate(lambda: SwappedChannels(PROFILE), baseline=known).regressions
-    assert not evaluate(seed=3, baseline=known).regressions
+Judge = Callable[[Callable[[DetectorProfile], object]], Evaluation]
+
+
+def against_sound(folder: Path, *, objects: int, name: str) -> Judge:
+    """Judges a detector as `evaluate --quick --baseline` does, the sound one's; takes are exposed once."""
+    suite, cache = make_suite(folder, objects=objects, rest_s=0.0)
+    suite, left_out = quick_suite(suite)
+    assert left_out == ["noise high"]
+    films = list(film_suite(suite, cache))
+
+    def judge(make: MakeDetector, **options: object) -> Evaluation:
+        return evaluate_suite(suite, make, name="tiny", detector=name, cache=cache, films=films, **options)
+
+    sound = judge(lambda: ProfileDetector(PROFILE)).episodes
+    save_baseline(folder / "sound.json", sound, suite="tiny", detector="sound")
+    known = load_baseline(folder / "sound.json")
+    return lambda make: judge(lambda: make(PROFILE), baseline=known)
+
+
+@pytest.fixture(scope="module")
+def strong(tmp_path_factory: pytest.TempPathFactory) -> Judge:
+    return against_sound(tmp_path_factory.mktemp("strong"), objects=8, name="sound")
+
+
+@pytest.fixture(scope="module")
+def weak(tmp_path_factory: pytest.TempPathFactory) -> Judge:
+    """Fewer takes than any test can find a fall in, and a name by which no scores are compared."""
+    return against_sound(tmp_path_factory.mktemp("weak"), objects=2, name="another")
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_fault_is_found_by_a_quick_evaluation_that_can_judge(strong: Judge, name: str):
+    found = strong(FAULTS[name].make)
+    assert found.cannot_judge is None
+    if name in BETTER:
+        assert found.improvements
+    else:
+        assert found.is_worse
+        assert found.regressions
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_fault_is_found_or_cannot_be_judged_on_two_takes(weak: Judge, name: str):
+    found = weak(FAULTS[name].make)
+    assert found.is_worse or found.cannot_judge
+    assert found.is_worse or not found.collapses
+    assert not found.regressions  # two takes find no fall, whatever its size
+
+
+def test_faults_that_leave_a_class_without_its_name_are_found_on_two_takes(weak: Judge):
+    for name in ("dead", "never_touched", "always_touched", "always_near", "always_light", "tau_e_5", "stuck"):
+        assert weak(FAULTS[name].make).is_worse, name
+
+
+def test_sound_detector_is_no_worse_and_says_whether_it_was_judged(strong: Judge, weak: Judge):
+    sound = strong(ProfileDetector)
+    assert (sound.is_worse, sound.cannot_judge, sound.collapses) == (False, None, [])
+    assert all(each.smallest_fall == each.matters for each in sound.changes)
+    few = weak(ProfileDetector)
+    assert not few.is_worse
+    assert few.cannot_judge == "2 shared takes in dark/rig, in which no fall could be found"
+    assert all(each.smallest_fall is None for each in few.changes)
 
 
 def test_small_suite_holds_enough_dark_takes_for_alarms():

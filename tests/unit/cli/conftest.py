@@ -27,9 +27,9 @@ class Shell:
         captured = self.capsys.readouterr()
         return SimpleNamespace(code=code, out=captured.out, err=captured.err)
 
-    def json(self, *arguments: object) -> dict[str, object]:
+    def json(self, *arguments: object, code: int = 0) -> dict[str, object]:
         done = self(*arguments, "--json")
-        assert done.code == 0, done.err
+        assert done.code == code, done.err
         assert len(done.out.splitlines()) == 1
         return json.loads(done.out)
 

@@ -8,6 +8,10 @@ from evaluation.synthetic import PROFILE, make_suite
 
 from magicsim.dataset.generate import generate_dataset
 from magicsim.detectors.profile import save_profile
+from magicsim.evaluation.answers import judge_footage
+from magicsim.evaluation.baseline import save_baseline
+from magicsim.evaluation.detector import ProfileDetector
+from magicsim.evaluation.evaluate import film_suite
 from magicsim.workers.attempt import WorkerOptions
 
 from .conftest import Shell
@@ -35,7 +39,9 @@ def test_evaluate_prints_the_contract_and_fails_on_a_regression_alone(shell: She
     ]  # fmt: skip
     again = shell.json(*OPTIONS, "--baseline", "base.json", "--seed", 4)
     assert again["regressions"] == []
-    assert again["compared"]
+    assert again["cannot_judge"] is None
+    standard = [each for each in again["compared"] if each["condition"] == again["standard"]]
+    assert all(each["smallest_fall"] >= each["matters"] for each in standard)
     text = (mine / "mine.toml").read_text().replace("tau_g = 0.8", "tau_g = 0.6")
     (mine / "mine.toml").write_text(text)
     worse = shell(*OPTIONS, "--baseline", "base.json")
@@ -53,13 +59,78 @@ def test_evaluate_takes_a_detector_from_a_file(shell: Shell, mine: Path):
         "    def step(self, frame):\n"
         "        return SimpleNamespace(proximity='Normal', contact='Untouched', approach=0, touch=0)\n"
     )
-    found = shell.json("evaluate", "tiny.toml", "--detector", "blind.py:Blind")
+    found = shell.json("evaluate", "tiny.toml", "--detector", "blind.py:Blind", code=1)
     assert found["detector"] == "blind.py:Blind"
     assert found["baseline"] is None
     headline = found["metrics"][found["standard"]]
     assert headline["contact_balanced_accuracy"]["value"] == 0.5
     (mine / "blind.py").write_text((mine / "blind.py").read_text().replace("'Normal'", "'Nothing'"))
     assert "unknown proximity 'Nothing'" in shell.refusal("evaluate", "tiny.toml", "--detector", "blind.py:Blind")
+
+
+NEVER = (
+    "from magicsim.detectors import load_profile\n"
+    "from magicsim.evaluation.detector import ProfileDetector\n"
+    "from dataclasses import replace\n"
+    "class Sound(ProfileDetector):\n"
+    "    def __init__(self): super().__init__(load_profile('mine.toml'))\n"
+    "class Never(Sound):\n"
+    "    def step(self, frame): return replace(super().step(frame), contact='Untouched')\n"
+    "class Late(Sound):\n"
+    "    said = None\n"
+    "    def step(self, frame):\n"
+    "        now = super().step(frame)\n"
+    "        told, self.said = self.said or now, now\n"
+    "        return told\n"
+)
+
+
+@pytest.fixture
+def two_takes(tmp_path: Path) -> Path:
+    """Suite of two takes, cache, profile and detectors in the current folder, with a baseline of another name."""
+    suite, cache = make_suite(tmp_path, objects=2)
+    cache.rename(tmp_path / "magicsim-takes")
+    save_profile(PROFILE, tmp_path / "mine.toml", comment="for the made-up sensor")
+    (tmp_path / "never.py").write_text(NEVER)
+    films = [film for take in film_suite(suite, tmp_path / "magicsim-takes") for film in take]
+    sound = [judge_footage(film, lambda: ProfileDetector(PROFILE), who="sound") for film in films]
+    save_baseline(tmp_path / "base.json", sound, suite="tiny", detector="sound")
+    return tmp_path
+
+
+def quick(detector: str) -> tuple[str, ...]:
+    return ("evaluate", "tiny.toml", "--quick", "--detector", f"never.py:{detector}", "--baseline", "base.json")
+
+
+def test_detector_that_never_says_touched_fails_a_quick_evaluation_of_two_takes(shell: Shell, two_takes: Path):
+    done = shell(*quick("Never"))
+    assert done.code == 1
+    assert "collapse: never.py:Never: Contact is never named Touched: 0 of 8 frames\n" in done.out
+    assert "no regression" not in done.out
+    assert "Contact is never named Touched" in (two_takes / "magicsim-evaluate" / "report.html").read_text()
+    alone = shell(*quick("Never")[:-2], "--save-baseline", "never.json")
+    assert alone.code == 1
+    known = shell(*quick("Never")[:-1], "never.json", "--allow-weak")
+    assert known.code == 0
+    assert "0 of 8 frames, as of the baseline never.py:Never\n" in known.out
+
+
+def test_two_shared_takes_cannot_judge_which_is_an_error_of_its_own(shell: Shell, two_takes: Path):
+    for detector in ("Sound", "Late"):  # one frame late: worse, and nothing that two takes can show
+        done = shell(*quick(detector))
+        assert done.code == 3
+        assert done.err.splitlines()[-1].startswith("magicsim: cannot judge: 2 shared takes in dark/rig, ")
+        assert done.err.endswith("add takes, or give --allow-weak\n")
+        assert "no regression" not in done.out
+        assert "smallest falls that could be found, dark/rig: proximity none, contact none" in done.out
+    allowed = shell(*quick("Sound"), "--allow-weak")
+    assert allowed.code == 0
+    assert "cannot judge: 2 shared takes" in allowed.out
+    assert "no regression" not in allowed.out
+    found = shell.json(*quick("Sound"), code=3)
+    assert found["cannot_judge"].startswith("2 shared takes")
+    assert found["collapses"] == []
+    assert {each["smallest_fall"] for each in found["compared"]} == {None}
 
 
 def test_evaluate_refuses_a_folder_of_other_files_before_any_work(shell: Shell, mine: Path):
@@ -82,7 +153,7 @@ def test_own_detector_is_judged_on_a_run_that_exists(shell: Shell, tmp_path: Pat
     path = "keyframes=[{frame=0}, {frame=1, gap_mm=1.0}, {frame=2, gap_mm=-0.4}, {frame=3, gap_mm=-0.4}]"
     off = settings("output.report=false", "output.preview=false", "output.displacements=false", path)
     assert shell("simulate", "near", "--out", "run", *off).code == 0
-    found = shell.json("evaluate", "--on", "run", "--detector", "blind.py:Blind")
+    found = shell.json("evaluate", "--on", "run", "--detector", "blind.py:Blind", code=1)
     assert (found["suite"], found["episodes"], found["frames"]) == ("run", 1, 4)
     assert found["confusion"]["contact"]["Contact"]["Untouched"] == 2
     assert found["confusion"]["proximity"]["Near"] == {"Normal": 1, "Approaching": 0, "Noise": 0}

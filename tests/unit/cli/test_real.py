@@ -50,7 +50,8 @@ def test_detect_of_anything_else_still_needs_a_reference(tmp_path: Path, shell: 
 
 
 def test_evaluate_judges_a_dataset(dataset: Path, shell: Shell, tmp_path: Path):
-    found = shell.json("evaluate", "--on", dataset, "--profile", "published", "--out", tmp_path / "page")
+    found = shell.json("evaluate", "--on", dataset, "--profile", "published", "--out", tmp_path / "page", code=1)
+    assert [each["of"] for each in found["collapses"]] == ["Contact", "contact_balanced_accuracy"]
     assert found["confusion"]["contact"]["Clear"]["Untouched"] == 4
     assert sum(found["confusion"]["contact"]["Contact"].values()) == 4
     assert (tmp_path / "page" / "report.html").is_file()
