@@ -77,6 +77,9 @@ def load_mesh(path: str, *, scale: float | None = None, feature_mm: float | None
     if not is_file(file):
         msg = f"mesh '{path}' does not exist ({PATHS_START})"
         raise ConfigError(msg)
+    if (size := file.stat().st_size) > MAX_BYTES:  # before its content is hashed
+        msg = f"mesh '{path}' has {size / 1e6:.0f} MB: at most {MAX_BYTES / 1e6:.0f} MB are allowed"
+        raise ConfigError(msg)
     return _load(path, scale, feature_mm, os.path.abspath(path), sha256_of(file))
 
 
@@ -167,7 +170,7 @@ def _closed_surface(path: str, scale: float) -> SurfaceMesh:
 
 
 def _announced_problem(path: Path) -> str | None:
-    """Why a file is not given to its reader, by its size and by what it announces; None where nothing is against it.
+    """Why a file is not given to its reader, by what it announces; None where nothing is against it.
 
     The readers keep a broken file within a few times its own size. But a GLB file is believed, so that its lengths,
     counts and repetitions are read here; and a broken STL is empty to its reader, which does not say what is wrong.
@@ -175,12 +178,9 @@ def _announced_problem(path: Path) -> str | None:
     Raises:
         ValueError: The file is broken.
     """
-    size = path.stat().st_size
-    if size > MAX_BYTES:
-        return f"has {size / 1e6:.0f} MB: at most {MAX_BYTES / 1e6:.0f} MB are allowed"
     count = {".stl": _stl_triangles, ".obj": _obj_triangles, ".ply": _ply_triangles, ".off": _off_triangles,
              ".glb": _glb_triangles}  # fmt: skip
-    triangles = count[path.suffix.lower()](path.read_bytes()) if size else 0
+    triangles = count[path.suffix.lower()](path.read_bytes()) if path.stat().st_size else 0
     if triangles == 0:
         return "is empty: it has no triangles"
     return _too_many(triangles)

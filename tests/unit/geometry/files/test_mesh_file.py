@@ -182,7 +182,8 @@ def test_header_that_cannot_be_kept_is_refused_with_the_name_of_the_file(
 
 
 @pytest.mark.parametrize("name", ["large.stl", "large.obj", "large.ply", "large.glb"])
-def test_large_file_is_refused_unread(tmp_path: Path, name: str):
+def test_large_file_is_refused_unread(tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("magicsim.geometry.files.mesh_file.sha256_of", lambda _: pytest.fail("read"))
     path = tmp_path / name
     path.touch()
     os.truncate(path, 1_000_000_084)
