@@ -38,6 +38,12 @@ def pytest_terminal_summary(terminalreporter) -> None:
     path.write_text("\n".join([f"{sum(files.values()):8.2f}  all", *lines]) + "\n", encoding="utf-8")
 
 
+def pytest_collection_finish() -> None:
+    """No episode renders a frame of each kind before its first: that compiles kernels, which timings alone need."""
+    if (module := sys.modules.get("magicsim.simulation.sensor")) is not None:
+        module.Sensor.warm_up = lambda *_: None
+
+
 @pytest.fixture(scope="session")
 def browser() -> Iterator[object]:
     """Chromium. Who asks for it (`-m browser`) gets a failure and no skip where it is missing."""
