@@ -67,8 +67,10 @@ def test_hits_are_those_of_a_search_through_all_triangles(deformation, setting):
     si = scene.ray_intersect(ray)
     for _ in range(3):
         ray, at, on_wall = continued(si, infill, shapes.faces, random)
+        dr.eval(ray, at, on_wall, random)  # once, and not anew for every array below
         wanted = scene.ray_intersect(ray, on_wall)
         si = next_hit(scene, ray, body, infill, shapes.faces, at, on_wall)
+        dr.eval(si, wanted)
         known = np.array(on_wall)
         different = known & (np.array(si.prim_index) != np.array(wanted.prim_index))
         # Rays through an edge may count to either of its triangles.
