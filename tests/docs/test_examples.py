@@ -22,7 +22,7 @@ SMALL_RENDERING = [
 ]  # fmt: skip
 SMALL_SENSOR = [
     "design.lattice.spacing_mm=2", "rig.camera.columns=30", "rig.camera.rows=36", "render.samples=8", "references=3",
-    "render.particles=6000", "render.anchor_particles=20000",
+    "render.particles=4000", "render.anchor_samples=8", "render.anchor_particles=8000",
 ]  # fmt: skip
 
 
@@ -217,7 +217,7 @@ def test_domed_sensor_ends_in_labelled_frames(domed_sensor):
 
 
 TINY = [
-    "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=1.5", "rig.camera.columns=24", "rig.camera.rows=32",
+    "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=2", "rig.camera.columns=24", "rig.camera.rows=32",
     "rig.camera.field_mm=10", "render.samples=2", "render.particles=2000", "render.anchor_samples=2",
     "render.anchor_particles=4000",
 ]  # fmt: skip

@@ -23,7 +23,7 @@ def test_emitted_light_is_absorbed_or_escapes(state, overrides, small_scene):
     view = sensor.view(frame, sensor.deform(frame, sensor.rest) if frame.can_touch else sensor.rest)
     light = sensor.renderer.light(view)
     for name in light.lights:
-        account = light.balance(name, particles=30_000, seed=5)
+        account = light.balance(name, particles=15_000, seed=5)
         assert account["absorbed"] > 0
         assert account["escaped"] > 0
         assert account["absorbed"] + account["escaped"] == pytest.approx(account["emitted"], rel=0.005)

@@ -8,8 +8,8 @@ from magicsim.light.world.shapes import wetted
 from magicsim.scenes.timeline import timeline
 from magicsim.simulation.sensor import Sensor
 
-SMALL = ("design.footprint_mm=[12,14]", "rig.camera.field_mm=10", "object.radius_mm=3")
-PARTICLES = 600_000
+SMALL = ("design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "object.radius_mm=3")
+PARTICLES = 200_000
 
 
 def lit(scene, *, particles):

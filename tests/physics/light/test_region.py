@@ -7,7 +7,8 @@ from magicsim.simulation.stream import simulate
 
 SMALL = (
     "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "object.radius_mm=3", "references=2",
-    "render.anchor_samples=8", "render.anchor_particles=20000", "render.particles=10000", "render.samples=4",
+    "render.anchor_samples=4", "render.anchor_particles=8000", "render.particles=4000", "render.samples=2",
+    "design.lattice.spacing_mm=1", "design.lattice.cells_across=0",
 )  # fmt: skip
 REGION = "rig.camera.region_px=[9, 20, 24, 30]"
 

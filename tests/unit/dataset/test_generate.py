@@ -26,7 +26,7 @@ from magicsim.workers.attempt import WorkerOptions
 from . import fakes
 from .fakes import FAILING, FAKE, content, small_recipe
 
-ONE, TWO = WorkerOptions(workers=1), WorkerOptions(workers=2, max_tasks=3)
+ONE, TWO = WorkerOptions(workers=1), WorkerOptions(workers=2, max_tasks=5)
 
 
 def test_dataset_has_a_row_for_every_frame_and_nothing_left_over(whole: Path):

@@ -99,7 +99,7 @@ def test_recorded_paths_give_the_gathered_image(name, overrides):
 def test_what_a_glossy_thing_mirrors_is_that_in_one_scene():
     from magicsim.light.records.untouched_passes import follow_camera, recorded_paths
 
-    many, few, seeds = 32, 16, 16
+    many, few, seeds = 16, 8, 16
     renderer, view = small("near", "object.specular=0.6", "object.roughness=0.3", "object.color=[0,0,0]")
     seen, outside, rest = renderer.light(view), outside_of(renderer, view), renderer.light(View())
     field, pixels = smooth_field(rest, outside), np.arange(24 * 28, dtype=np.uint32)
