@@ -39,7 +39,8 @@ COATED = [
 """A flat punch seen from behind a coat: its image changes around the rim, where the coat leans, and not below it."""
 DOT_PITCH_MM, DOT_MM = 1.6, 0.7
 MARKED = [
-    *COATED[:-2], "contact.friction=1", "design.coat.specular=0", "render.samples=128",
+    *COATED[:-2], "contact.friction=1", "design.lattice.spacing_mm=1", "design.footprint_mm=[11,11]",
+    "design.coat.specular=0", "render.samples=48", "render.particles=20000",
     f"design.markers={{kind='dots',pitch_mm={DOT_PITCH_MM},diameter_mm={DOT_MM},color=[0.02,0.02,0.02]}}",
 ]  # fmt: skip
 """Black dots on a grey coat, or between coat and camera; without gloss, so that what is dark is a dot."""

@@ -128,7 +128,8 @@ def test_ghost_changes_the_sampling_and_not_the_verdict(small_scene):
 
 QUICK = (
     "render.anchor_samples=4", "render.anchor_particles=5000", "render.particles=5000", "render.samples=2",
-    "design.lattice.spacing_mm=2", "design.lattice.cells_across=0",
+    "design.lattice.spacing_mm=2", "design.lattice.cells_across=0", "design.footprint_mm=[8,9]",
+    "rig.camera.field_mm=7", "rig.camera.columns=24", "rig.camera.rows=28", "object.radius_mm=3",
 )  # fmt: skip
 
 
