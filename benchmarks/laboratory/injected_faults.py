@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -85,7 +86,7 @@ def _answered(says: str, answer: Answer) -> Fault:
     return Fault(says=says, make=lambda profile: OtherAnswers(profile, answer))
 
 
-def _always(**verdicts: str) -> Fault:
+def _always(**verdicts: Any) -> Fault:  # noqa: ANN401 - fields of a detection, each of a type of its own
     return _answered(f"always {' and '.join(verdicts.values())}", lambda right: replace(right[-1], **verdicts))
 
 

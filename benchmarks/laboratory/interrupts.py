@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,7 @@ ERRORS: Errors = (KeyboardInterrupt, MemoryError)
 def watched(action: Callable[[], object], heard: Callable[[Place], None]) -> object:
     """Does something while every line of the package is told before it runs."""
 
-    def trace(frame: FrameType, event: str, _: object) -> object:
+    def trace(frame: FrameType, event: str, _: object) -> Any:  # noqa: ANN401 - itself
         if not frame.f_code.co_filename.startswith(PACKAGE):
             return None
         if event == "line":
@@ -97,13 +98,14 @@ def chosen(
         seed: Of the draw.
         within: Folder of the package whose lines are meant by every line.
     """
-    random, found = np.random.default_rng(seed), [list[tuple[Place, int]]() for _ in counts]
+    random = np.random.default_rng(seed)
+    found: list[list[tuple[Place, int]]] = [[] for _ in counts]
     if most is None:
         every = {each for count in counts for each in count if each[0].startswith(f"{PACKAGE}/{within}")}
         for turn, place in enumerate(sorted(each for each in every if each[1] in keeping(each[0]))):
             where = [number for number, count in enumerate(counts) if place in count]
-            step = min(where, key=lambda number: len(found[number]))
-            found[step].append((place, counts[step][place] if turn % 2 else 1))
+            fewest = min(where, key=lambda number: len(found[number]))
+            found[fewest].append((place, counts[fewest][place] if turn % 2 else 1))
         return found
     for step, count in zip(found, counts, strict=True):
         kept = [each for each in count if each[1] in keeping(each[0])]

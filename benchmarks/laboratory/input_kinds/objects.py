@@ -19,7 +19,9 @@ HALF_WAY = [each for one, other in zip(SLOT, SLOT[1:] + SLOT[:1], strict=True)
 """The plate's corners with one more in the middle of each side."""
 
 
-def plate(corners: Sequence[tuple[float, float]], skew_mm: float = 0.0) -> tuple[list[tuple[float, ...]], Faces]:
+def plate(
+    corners: Sequence[tuple[float, float]], skew_mm: float = 0.0
+) -> tuple[list[tuple[float, float, float]], Faces]:
     """Vertices and polygons of a plate 3 mm high; `skew_mm` lifts every other corner."""
     count = len(corners)
     vertices = [(x, y, z + skew_mm * (n % 2)) for z in (-3.0, 0.0) for n, (x, y) in enumerate(corners)]
@@ -54,7 +56,7 @@ def write_off(path: Path, vertices: Sequence[Sequence[float]], faces: Faces) -> 
     return str(path)
 
 
-def write_obj(path: Path, *parts: tuple[list[tuple[float, ...]], Faces]) -> str:
+def write_obj(path: Path, *parts: tuple[list[tuple[float, float, float]], Faces]) -> str:
     """An OBJ file of several objects, whose corners are counted from the end."""
     lines = []
     for number, (vertices, faces) in enumerate(parts):

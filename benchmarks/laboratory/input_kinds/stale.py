@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -204,7 +204,7 @@ def _wrong_action(name: str, action: object, *words: str) -> None:
         from magicsim.scenes.scene import load_scene
 
         env = GraspLift(load_scene("grip", [*SMALL]))
-        env._lift = SimpleNamespace()  # type: ignore[assignment] - nothing may move, so nothing is built
+        env._lift = cast("Any", SimpleNamespace())  # nothing may move, so nothing is built
         return refuses(lambda: env.step(action), *words)  # type: ignore[arg-type]
 
     variation("actions of an environment", name, expected="refused in one line")(attempt)
