@@ -46,20 +46,20 @@ def means(scene, turns):
     return np.mean(found, 0), np.std(found, 0, ddof=1) / np.sqrt(turns)
 
 
-def compare(small_scene, overrides, *, particles, samples, images=4, paths=6):
+def compare(small_scene, overrides, *, particles, samples, images=4):
     """Relative difference of the channels' means from those by path tracing, and its standard error."""
     ours, error = means(
         small_scene("near", *TINY, *overrides, "render.samples=32", f"render.particles={particles}"), turns=images
     )
     theirs, path_error = means(
-        small_scene("near", *TINY, *overrides, "render.estimator=path", f"render.samples={samples}"), turns=paths
+        small_scene("near", *TINY, *overrides, "render.estimator=path", f"render.samples={samples}"), turns=6
     )
     return ours / theirs - 1, np.hypot(error / ours, path_error / theirs)
 
 
 @pytest.mark.parametrize("case", [pytest.param(c, marks=() if c in QUICK else pytest.mark.slow) for c in CASES])
 def test_mean_radiance_is_that_of_path_tracing(case, small_scene):
-    difference, noise = compare(small_scene, CASES[case], particles=80_000, samples=64, paths=4)
+    difference, noise = compare(small_scene, CASES[case], particles=150_000, samples=192)
     assert noise.max() < 0.015, "too noisy to tell anything"
     assert (np.abs(difference) < 0.01 + 2 * noise).all(), f"differ by {difference}, standard error {noise}"
 

@@ -42,8 +42,12 @@ def means(gap_mm, seeds, *overrides, plain=False):
     "gap_mm", [2.0, pytest.param(20.0, marks=pytest.mark.slow), pytest.param(-0.6, marks=pytest.mark.slow)]
 )
 def test_an_object_before_a_lit_room_is_as_bright_as_by_path_tracing(gap_mm):
-    path, path_error = means(gap_mm, range(100, 103), "render.estimator=path", "render.samples=128", plain=True)
-    found, error = means(gap_mm, range(3), "render.anchor_particles=100000")
+    # Pressed, the estimator is asked without its anchor: what an anchored frame shows of a touch's light is less than
+    # all of it, and under this ball, in a room that alone gives light, 2 % too bright (docs/physics/light.md).
+    path, path_error = means(gap_mm, range(100, 103), "render.estimator=path", "render.samples=256", plain=True)
+    unanchored = ("render.anchor_samples=0", "render.particles=200000", "render.samples=64")
+    few = ("render.anchor_particles=200000",)
+    found, error = means(gap_mm, range(3), *(unanchored if gap_mm < 0 else few), plain=gap_mm < 0)
     noise = np.hypot(error / found, path_error / path)
     assert noise.max() < 0.015, "too noisy to tell anything"
     assert (np.abs(found / path - 1) < 0.01 + 3 * noise).all(), f"{found / path}, standard error {noise}"
