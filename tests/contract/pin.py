@@ -1,6 +1,7 @@
 """Writes `pins.json` anew: `python -m tests.contract.pin [frames] [forces] [keys]`; for new physics alone."""
 
 import json
+import os
 import sys
 import tempfile
 from pathlib import Path
@@ -33,6 +34,7 @@ def keys(folder: Path) -> dict[str, object]:
 
 def main(parts: list[str]) -> None:
     """Makes the parts that are asked for, all by default, and writes each as soon as it is there."""
+    os.environ["MAGICSIM_CACHE"] = "off"  # as in tests
     pins = json.loads(PINS.read_text(encoding="utf-8")) if PINS.exists() else {}
     pins["made_on"] = cases.processor()
     for part in parts or PARTS:
