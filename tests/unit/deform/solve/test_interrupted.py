@@ -1,14 +1,12 @@
 """A move that is interrupted anywhere leaves the solver as it was: the next one has the same bits."""
 
-import sys
-from collections.abc import Callable
 from contextlib import suppress
-from types import FrameType, SimpleNamespace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from laboratory.interrupts import Place, interrupt, watched
 
-from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.structure import box_lattice
 from magicsim.deform.solve import body, condensed, factorise, pardiso
 from magicsim.deform.solve.path import ContactSolver
@@ -20,29 +18,10 @@ LATTICE = box_lattice(
 )
 STATEFUL = {module.__file__ for module in (body, condensed, factorise, pardiso)}
 """Files of what keeps something from one solve to the next."""
-Place = tuple[str, int]
 
 
 def ball(depth_mm: float, x_mm: float = 0.0) -> Indenter:
     return place_object(parse_object("sphere:radius_mm=3"), gap_mm=-depth_mm, x_mm=x_mm)
-
-
-def watched(solve: Callable[[], Deformation], heard: Callable[[Place], None]) -> Deformation:
-    """Solves while every line of the stateful modules is told before it runs."""
-
-    def trace(frame: FrameType, event: str, _: object) -> object:
-        if frame.f_code.co_filename not in STATEFUL:
-            return None
-        if event == "line":
-            heard((frame.f_code.co_filename, frame.f_lineno))
-        return trace
-
-    earlier = sys.gettrace()
-    sys.settrace(trace)
-    try:
-        return solve()
-    finally:
-        sys.settrace(earlier)
 
 
 END = ball(1.2, 0.8)
@@ -54,22 +33,14 @@ def moved() -> SimpleNamespace:
     solver = ContactSolver(LATTICE, friction=0.5, max_step_mm=0.4)
     before = solver.solve(ball(0.3))
     lines: list[Place] = []
-    after = watched(lambda: solver.solve(END, before), lines.append)
-    return SimpleNamespace(solver=solver, before=before, after=after, lines=lines)
+    watched(lambda: solver.solve(END, before), lines.append)
+    kept = [place for place in lines if place[0] in STATEFUL]
+    return SimpleNamespace(solver=solver, before=before, after=solver.solve(END, before), lines=kept)
 
 
 def interrupted(moved: SimpleNamespace, place: Place, nth: int) -> None:
     """Raises KeyboardInterrupt the nth time that a line is about to run."""
-    met = 0
-
-    def stop(line: Place) -> None:
-        nonlocal met
-        met += line == place
-        if line == place and met == nth:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        watched(lambda: moved.solver.solve(END, moved.before), stop)
+    assert interrupt(lambda: moved.solver.solve(END, moved.before), place, nth, KeyboardInterrupt)
 
 
 def assert_same(moved: SimpleNamespace, place: Place) -> None:
