@@ -6,7 +6,7 @@ The classes follow the scene's true state, not what the detectors can see; frame
 import math
 from enum import StrEnum
 
-from magicsim.errors import ConfigError
+from magicsim.errors import ConfigError, unknown_choice
 
 NEAR_MIN_MM = 0.05
 """Gap above which an object is near and not yet touching [mm]."""
@@ -21,6 +21,10 @@ _ROUNDING_MM = 1e-9
 """Differences of gaps below this are rounding, so that a depth of 1.2 - 0.9 mm counts as 0.3 [mm]."""
 
 
+LIGHT_TOUCH = "Light touch"
+"""Label of a touch of less than `CONTACT_MIN_DEPTH_MM`, which no score counts."""
+
+
 class FrameClass(StrEnum):
     """True state of a frame that is scored."""
 
@@ -32,6 +36,29 @@ class FrameClass(StrEnum):
     """An object pressed at least 0.3 mm deep, with force."""
     LIGHT = "Light"
     """A flashlight on and no object."""
+
+
+def frame_label(frame_class: FrameClass | None, *, touches: bool) -> str:
+    """How tables name the class of a frame that is no reference: every touch has a name, empty are frames in between.
+
+    Args:
+        frame_class: From `classify_frame`.
+        touches: Whether a contact force acts.
+    """
+    return str(frame_class) if frame_class is not None else LIGHT_TOUCH if touches else ""
+
+
+def scored_class(label: str | None) -> FrameClass | None:
+    """The class that a table's label stands for; None for a frame that is not scored.
+
+    Raises:
+        ConfigError: It is no label.
+    """
+    if not label or label == LIGHT_TOUCH:
+        return None
+    if label not in set(FrameClass):
+        raise ConfigError(unknown_choice("class", label, [*FrameClass, LIGHT_TOUCH]))
+    return FrameClass(label)
 
 
 def classify_frame(

@@ -68,6 +68,17 @@ def pixel_landing_mm(design: ElastomerDesign, lens: Lens, camera: Camera, *, z_m
     return landing_mm(slopes, design, lens, camera, z_mm=z_mm)
 
 
+def picture_mm(design: ElastomerDesign, lens: Lens, camera: Camera) -> Array:
+    """The upright rectangle of the contact face that the picture covers whole, its edges those of the outermost pixels.
+
+    Returns:
+        Smallest and largest x and y, shape (2, 2) [mm].
+    """
+    landing = pixel_landing_mm(design, lens, camera)
+    low = [landing[:, 0, 0].max(), landing[-1, :, 1].max()]
+    return np.array([low, [landing[:, -1, 0].min(), landing[0, :, 1].min()]])
+
+
 def camera_matrix(camera: Camera, focal: float) -> Array:
     """OpenCV's intrinsic matrix; pixel centres have whole coordinates, shape (3, 3) [px]."""
     x, y = principal_px(camera)

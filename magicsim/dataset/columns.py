@@ -40,6 +40,8 @@ def columns_of(recipe: Recipe) -> list[Column]:
             )
             for what, ways in (("light", LightOrigin), ("image", ImageOrigin))
         ),
+        value("beyond_limits", "bool", "whether force or depth is above what the design's `limits` say"),
+        value("in_view", "bool", "whether the picture covers where the object touches or stands; true without one"),
         value("iterations", "int32", "Newton iterations of the frame's deformation"),
         value("min_jacobian", "float64", "smallest Jacobian of the deformation, above 0"),
         value("max_penetration_mm", "float64", "deepest contact point inside the object [mm]"),
@@ -77,7 +79,11 @@ def _of_moment(force_metadata: dict[str, str] | None) -> list[Column]:
         value("is_reference", "bool", "whether the sensor is untouched as a reference before the episode"),
         value("sensor", "int32", "number of the printed sensor, a row of `sensors.parquet`"),
         value("path_kind", "string", "what happens in the episode"),
-        value("frame_class", "string", "Clear, Near, Contact or Light; empty between them and for references"),
+        value(
+            "frame_class",
+            "string",
+            "Clear, Near, Light touch (below 0.3 mm), Contact or Light; empty between them and for references",
+        ),
         value(
             "gap_mm", "float64", "gap of the object to the undeformed face, negative when pressed; NaN without one [mm]"
         ),

@@ -25,7 +25,7 @@ from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.folder.listing import is_sealed, sealed, sha256_of
 from magicsim.folder.result import result_file
 from magicsim.folder.target import output_errors, refuse_foreign
-from magicsim.frame_class import classify_frame
+from magicsim.frame_class import classify_frame, frame_label
 from magicsim.notebook.screen import on_screen
 from magicsim.scenes.scene import OutputSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
@@ -203,7 +203,8 @@ def recipe_statistics(recipe: Recipe, episodes: Sequence[DrawnEpisode]) -> dict[
 
 def _class(state: FrameState) -> str:
     touching = state.gap_mm is not None and state.gap_mm < 0
-    return str(classify_frame(gap_mm=state.gap_mm, force_n=float(touching), light_on=state.flashlight) or "between")
+    found = classify_frame(gap_mm=state.gap_mm, force_n=float(touching), light_on=state.flashlight)
+    return frame_label(found, touches=touching) or "between"
 
 
 def _sorted(counts: Counter[str]) -> dict[str, int]:

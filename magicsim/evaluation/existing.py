@@ -26,7 +26,7 @@ from magicsim.evaluation.answers import warn_of_turned
 from magicsim.evaluation.footage import RECORDED, Footage, recorded_footage
 from magicsim.evaluation.suite import SuiteConfig, SuitePlace, SuiteRecording
 from magicsim.folder import MARKER
-from magicsim.frame_class import FrameClass
+from magicsim.frame_class import scored_class
 from magicsim.judge.plausible import force_size
 from magicsim.judge.recorded import TRUTH, read_episode, read_recording
 from magicsim.judge.tally import FIRST_PLACE, EpisodeLabels, EpisodeTag
@@ -173,7 +173,7 @@ def _dataset(folder: Path, frames_per_second: float, *, is_recorded: bool, gamma
         if is_recorded:  # parts may be unknown, and its classes rest on more than gap and force
             sizes = [force_size(each[2:] if np.isnan(each[:2]).all() else each) for each in forces]
             labels = EpisodeLabels.of(gap_mm, np.array(sizes), flashlight)
-            given = [FrameClass(each) if each else None for each in scored.column("frame_class").tolist()]
+            given = [scored_class(each) for each in scored.column("frame_class").tolist()]
             labels = replace(labels, classes=tuple(given))
         else:
             labels = EpisodeLabels.of(gap_mm, np.linalg.norm(forces, axis=1), flashlight)

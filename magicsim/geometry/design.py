@@ -12,6 +12,7 @@ from magicsim.config.models import Config, load_preset
 from magicsim.geometry.coat import Coat, HalfMirror, OpaqueCoat
 from magicsim.geometry.face_shape import Face, HeightMap, flattened, lifted
 from magicsim.geometry.flaws import MIN_WALL_MM, Inclusions, Roughness, Unevenness
+from magicsim.geometry.limits import PressLimits
 from magicsim.geometry.markers import Markers
 
 Modulus = Annotated[float, Field(ge=1e-6, le=1e6)]
@@ -151,6 +152,8 @@ class ElastomerDesign(Config):
     materials: Materials
     mounting: Mounting = Mounting()
     lattice: LatticeOptions = LatticeOptions()
+    limits: PressLimits = PressLimits()
+    """Largest press that the print bears; not known by default."""
     face: Face | None = None
     """Shape of the contact face; flat by default. Heights of skin and core then hold at the crown."""
     coat: Coat | None = None

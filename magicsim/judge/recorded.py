@@ -35,7 +35,7 @@ from magicsim.detectors.frame import Frame
 from magicsim.detectors.order import by_number, is_numbered
 from magicsim.detectors.picture import once, read_image
 from magicsim.errors import ConfigError, unknown_choice
-from magicsim.frame_class import NEAR_MIN_MM, FrameClass
+from magicsim.frame_class import LIGHT_TOUCH, NEAR_MIN_MM, FrameClass, scored_class
 from magicsim.judge.plausible import FELT_N, force_size, odd_labels
 from magicsim.judge.tally import EpisodeLabels
 from magicsim.judge.verdicts import TABLE
@@ -72,10 +72,10 @@ def read_labels(folder: str | Path) -> Episode:
         if label == REFERENCE:
             references.append(image)
             continue
-        if label and label not in set(FrameClass):
+        if label and label not in {LIGHT_TOUCH, *FrameClass}:
             raise ConfigError(f"{line.where}: {unknown_choice('class', label, [REFERENCE, *FrameClass])}")
         frames.append(image)
-        classes.append(FrameClass(label) if label else None)
+        classes.append(scored_class(label))
     if not references:
         raise ConfigError(f"'{path}' names no frame of class {REFERENCE}; the untouched sensor is needed")
     return Episode(references=references, frames=frames, classes=classes)
@@ -198,11 +198,11 @@ def read_episode(folder: Path) -> Episode:
 
 def _read_run(folder: Path) -> Episode:
     rows = read_rows(folder, ("file", "is_reference", "frame_class"))
-    for name in {row["frame_class"] for row in rows} - {None, "", *FrameClass}:
+    for name in {row["frame_class"] for row in rows} - {None, "", LIGHT_TOUCH, *FrameClass}:
         raise ConfigError(f"'{folder / TABLE}': {unknown_choice('frame_class', name, FrameClass)}")
     scored = [row for row in rows if not row["is_reference"]]
     return Episode(
         references=[read_image(folder / row["file"]) for row in rows if row["is_reference"]],
         frames=[read_image(folder / row["file"]) for row in scored],
-        classes=[FrameClass(row["frame_class"]) if row["frame_class"] else None for row in scored],
+        classes=[scored_class(row["frame_class"]) for row in scored],
     )

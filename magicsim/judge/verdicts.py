@@ -191,7 +191,8 @@ def _schema(judgements: Sequence[Judgement], *, marked: bool, touch: dict[str, A
         ("step", pa.int32()), ("file", pa.string()), ("time_s", number), ("is_reference", pa.bool_()),
         ("frame_class", pa.string()), ("gap_mm", number), ("x_mm", number), ("y_mm", number), ("twist_deg", number),
         ("flashlight", pa.bool_()), ("contact", pa.bool_()), ("depth_mm", number), ("force_n", vector),
-        ("torque_nmm", vector), ("contact_area_mm2", number), ("light_way", pa.string()), ("image_way", pa.string()),
+        ("torque_nmm", vector), ("contact_area_mm2", number),
+        ("beyond_limits", pa.bool_()), ("in_view", pa.bool_()), ("light_way", pa.string()), ("image_way", pa.string()),
         ("iterations", pa.int32()), ("min_jacobian", number), ("max_penetration_mm", number), ("force_balance", number),
         ("contact_mask", picture), ("displacements_mm", pa.list_(pa.float32())),
     ]  # fmt: skip

@@ -60,7 +60,7 @@ def with_strip(shown: Frame, frame: SimulatedFrame, verdict: Verdict | None, *, 
 def strip_lines(frame: SimulatedFrame, verdict: Verdict | None) -> list[tuple[str, bool]]:
     """The lines of words, each with whether it holds a wrong verdict."""
     truth = frame.truth
-    name = str(truth.frame_class) if truth.frame_class else "not scored"
+    name = truth.label or "not scored"
     distance = gap_or_depth(truth.state.gap_mm).replace("\u00a0", " ")
     force = quantity(math.hypot(*truth.force_n), "N").replace("\u00a0", " ")
     lines = [

@@ -128,7 +128,7 @@ def write_caption(frame: SimulatedFrame, phase: Phase, verdict: Verdict | None) 
         phase=str(phase),
         distance=gap_or_depth(truth.state.gap_mm),
         force=quantity(math.hypot(*truth.force_n), "N"),
-        truth=str(truth.frame_class) if truth.frame_class else "not scored",
+        truth=truth.label or "not scored",
         proximity=str(verdict.proximity) if verdict else None,
         proximity_right=proximity_right(verdict, truth.frame_class) if verdict else None,
         contact=str(verdict.combined) if verdict else None,

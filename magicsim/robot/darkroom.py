@@ -82,6 +82,7 @@ class Darkroom:
             origin=self._made(moment.state, moment.deformation)[1],
             is_reference=False,
         )
+        self.sensor.limits.see(frame.truth.beyond_limits)
         return frame
 
     def passed(self, moment: Moment) -> CameraMemory:

@@ -64,7 +64,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     frame; `upper_force_n`, `lower_force_n`, `upper_torque_nmm` and `lower_torque_nmm`, the object's on each finger in
     that finger's frame; `normal_n`, the larger normal force; `carried_n`, upward force of both fingers; `slip_share`
     and `slip_mm` of the finger that slips more; `gap_mm`, mean distance of the object's sides from the faces;
-    `object_mm`, its height; `has_dropped`, `is_success`.
+    `object_mm`, its height; `has_dropped`, `is_success`; `beyond_limits`, what is above a design's limits, or empty.
 
     Action: float32 of shape (2,) in -1..1: closing speed of each finger and rising speed, in units of `speed_mm_s`.
     Fingers stop at the limits of depth, opening and height.
@@ -93,6 +93,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         speed_mm_s: float = 5.0,
         deepest_mm: float = 2.0,
         force_limit_n: float = 6.0,
+        ends_beyond_limits: bool = False,
         render_mode: str | None = None,
         quality: str = "full",
         cameras: int = 2,
@@ -112,6 +113,8 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             speed_mm_s: Speed of a full action [mm/s].
             deepest_mm: Largest indentation of a finger [mm].
             force_limit_n: Normal force above which no finger should press [N].
+            ends_beyond_limits: Whether an episode ends, as after a fall, once a finger's touch is beyond the limits of
+                its design (`info["beyond_limits"]`).
             render_mode: `rgb_array`, `human` (a window on the last frames, see `magicsim.robot.picture`) or None.
             quality: `full`, or `control`: coarser and faster, see `magicsim.robot.quality`.
             cameras: 2, or 1 for the upper finger's picture alone, without `image_lower`; contact is solved for both.
@@ -142,6 +145,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self.weight_n, self.start_gap_mm, self.offset_mm = weight_n, start_gap_mm, offset_mm
         self.target_mm, self.hold_steps, self.max_steps = target_mm, hold_steps, max_steps
         self.speed_mm_s, self.force_limit_n, self.render_mode = speed_mm_s, force_limit_n, render_mode
+        self.ends_beyond_limits = ends_beyond_limits
         self.quality, self.cameras, self._told = find_quality(quality), cameras, told
         self._picture: Picture | None = None
         self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
@@ -254,10 +258,11 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         is_done = self._held >= self.hold_steps
         reward = (state.object_mm - before.object_mm - SLIP_COST * state.slip_mm) / self.target_mm
         reward -= FORCE_COST * max(0.0, state.normal_n - self.force_limit_n)
-        reward += float(is_done) - float(state.has_dropped)
         info = {**self._info(lift), "is_success": is_done}
+        has_failed = state.has_dropped or (self.ends_beyond_limits and bool(info["beyond_limits"]))
+        reward += float(is_done) - float(has_failed)
         speeds = np.array([closing, rising]) / dt_s
-        is_over, is_late = is_done or state.has_dropped, self._steps >= self.max_steps
+        is_over, is_late = is_done or has_failed, self._steps >= self.max_steps
         return self._observe(lift, speeds), float(reward), is_over, is_late, info
 
     def render(self) -> npt.NDArray[np.uint8] | None:
@@ -336,6 +341,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
             "gap_mm": self.reach.gap_at_mm(state.width_mm),
             "object_mm": state.object_mm,
             "has_dropped": state.has_dropped,
+            "beyond_limits": upper.beyond_limits or lower.beyond_limits,
             "is_success": False,
         }
 

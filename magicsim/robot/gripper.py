@@ -53,6 +53,7 @@ class Gripper:
         quality: str | Quality = "full",
         sees_other: bool = True,
         companion: SurfaceMesh | None = None,
+        within_limits: bool = False,
         told: Told = on_stderr,
     ) -> None:
         """Builds both fingers.
@@ -67,6 +68,8 @@ class Gripper:
             sees_other: Whether each finger is in the other's picture.
             companion: What both see beside the object where `accompany` puts it, with colours, in its own frame, such
                 as a hand; it touches nothing. Needs `sees_other`.
+            within_limits: Whether a motion that would end beyond the limits of a finger's design is an error, after
+                which everything stays as it was; by default the first one is a warning.
             told: Hears what takes longer than two seconds; it is written to stderr by default.
 
         Raises:
@@ -80,7 +83,7 @@ class Gripper:
         workspace = workspace or Workspace(tilt_x_deg=(-TILT_DEG, TILT_DEG), tilt_y_deg=(-TILT_DEG, TILT_DEG))
         self.linkage, self._extents_mm = linkage or Linkage(), half_extents_mm(scene.object)
         self.linkage.check_room(scene.object.kind, self.touching_width_mm)
-        self._told = told
+        self._told, self._within_limits, self._inside = told, within_limits, False
         with waiting("building both fingers", told):
             unlike = lower is not None
             self.upper = LiveSensor(
@@ -304,14 +307,29 @@ class Gripper:
 
     @contextmanager
     def _whole(self, doing: str) -> Iterator[None]:
-        """All of what is done with both fingers, or nothing where it fails or is interrupted."""
-        before = self.now()
+        """All of what is done with both fingers, or nothing where it fails or is interrupted.
+
+        What it ends with is held against the limits of the designs; not what is tried on the way.
+        """
+        before, is_inner = self.now(), self._inside
+        self._inside = True
         try:
             with waiting(doing, self._told):
                 yield
+            if not is_inner:
+                self._mind_limits()
         except BaseException:
             self.go_back(before)
             raise
+        finally:
+            self._inside = is_inner
+
+    def _mind_limits(self) -> None:
+        for finger in self.fingers:
+            excess = finger.truth.beyond_limits
+            if excess and self._within_limits:
+                raise ConfigError(f"a motion is not allowed with within_limits: {excess}")
+            finger.sensor.limits.see(excess)
 
     def _close_to(self, width_mm: float, load: Load | None, *, floats: bool) -> bool:
         """Turns the cranks until the faces are so far apart, or the motors stall: says whether they did."""

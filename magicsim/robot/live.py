@@ -175,7 +175,10 @@ class LiveSensor:
     @property
     def truth(self) -> FrameTruth:
         """Ground truth of the present state, as the next frame would have it."""
-        return frame_truth(self.state, self._deformation, index=self._index, time_s=self._time_s, is_reference=False)
+        limits = self.sensor.design.limits
+        return frame_truth(
+            self.state, self._deformation, limits, index=self._index, time_s=self._time_s, is_reference=False
+        )
 
     def move_to(
         self,

@@ -13,7 +13,7 @@ from magicsim.arrays import Array, Frame, Mask
 from magicsim.deform.deformation import SolveFigures
 from magicsim.errors import OutputError
 from magicsim.folder import result_file
-from magicsim.frame_class import FrameClass
+from magicsim.frame_class import FrameClass, frame_label
 from magicsim.notebook import picture_row
 from magicsim.notebook.screen import beside_change
 from magicsim.scenes.scene import SceneConfig
@@ -50,6 +50,13 @@ class FrameTruth:
     """Class for scoring, None where the frame is not scored."""
     solve: SolveFigures
     """Quality of the deformation."""
+    beyond_limits: str = ""
+    """What of the touch is above the design's limits, see `PressLimits.excess`; empty where nothing is."""
+
+    @property
+    def label(self) -> str:
+        """The class as tables name it: `Light touch` where a touch is not scored, empty for references."""
+        return frame_label(self.frame_class, touches=self.contact and not self.is_reference)
 
     @property
     def gap_mm(self) -> float | None:
@@ -82,6 +89,8 @@ class FrameLabels:
     """Where the camera sees them, column and row, whole at pixel centres, shape (markers, 2) [px]."""
     touch: TouchFields | None = None
     """Forces on taxels, stretch and stress of the skin, shear of the infill."""
+    in_view: bool = True
+    """Whether the place on the face that the object touches or stands before is in the picture; true without one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -221,10 +230,11 @@ def truth_row(frame: SimulatedFrame) -> dict[str, Any]:
     truth, state = frame.truth, frame.truth.state
     return {
         "step": truth.index, "time_s": truth.time_s, "is_reference": truth.is_reference,
-        "frame_class": str(truth.frame_class or ""), "gap_mm": state.gap_mm, "twist_deg": state.twist_deg,
+        "frame_class": truth.label, "gap_mm": state.gap_mm, "twist_deg": state.twist_deg,
         "flashlight": state.flashlight, "contact": truth.contact, "depth_mm": truth.depth_mm,
         "force_n": list(truth.force_n), "torque_nmm": list(truth.torque_nmm),
-        "contact_area_mm2": truth.contact_area_mm2, "light_way": frame.origin.light, "image_way": frame.origin.image,
+        "contact_area_mm2": truth.contact_area_mm2, "beyond_limits": bool(truth.beyond_limits),
+        "in_view": frame.labels.in_view, "light_way": frame.origin.light, "image_way": frame.origin.image,
         **asdict(truth.solve),
     }  # fmt: skip
 
@@ -234,7 +244,7 @@ def truth_arrays(truths: Sequence[FrameTruth]) -> dict[str, npt.NDArray[Any]]:
 
     Returns:
         `time_s`, `is_reference`, `gap_mm` (NaN without an object), `depth_mm`, `force_n` and `torque_nmm` of shape
-        (frames, 3), `contact_area_mm2`, `contact`, `flashlight`, `frame_class` (empty where a frame is not scored).
+        (frames, 3), `contact_area_mm2`, `contact`, `flashlight`, `frame_class` (`FrameTruth.label`).
     """
     gaps = [each.state.gap_mm for each in truths]
     return {
@@ -247,7 +257,7 @@ def truth_arrays(truths: Sequence[FrameTruth]) -> dict[str, npt.NDArray[Any]]:
         "contact_area_mm2": np.array([each.contact_area_mm2 for each in truths]),
         "contact": np.array([each.contact for each in truths], bool),
         "flashlight": np.array([each.state.flashlight for each in truths], bool),
-        "frame_class": np.array([each.frame_class or "" for each in truths], str),
+        "frame_class": np.array([each.label for each in truths], str),
     }
 
 

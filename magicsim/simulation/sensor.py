@@ -26,6 +26,7 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
 from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.geometry.limits import LimitsWatch
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.geometry.pose import Pose
@@ -95,6 +96,8 @@ class Sensor:
             raise ConfigError(problem)
         self.states, self.seed, self.step_s = tuple(states), seed, step_s
         self._newton = newton
+        self.limits = LimitsWatch(design.limits)
+        """Warns once of what the print may not bear; shared by all copies of this sensor."""
         self.elastomer: Elastomer = build_elastomer(design, facet_mm=self.settings.facet_mm)
         self.printed: Lattice = build_lattice(design)
         """All planes of the design's lattice, which the displacements of an episode refer to."""

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from magicsim.arrays import FloatImage, Frame
 from magicsim.camera.exposure import Exposure
-from magicsim.camera.projection import pixel_landing_mm, project_px
+from magicsim.camera.projection import picture_mm, pixel_landing_mm, project_px
 from magicsim.camera.stream import CameraMemory, CameraStream, Instant
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.solve.factorise import on_one_blas_thread
@@ -23,7 +23,7 @@ from magicsim.simulation.episode import Episode, FrameLabels, SimulatedFrame
 from magicsim.simulation.plan import UNTOUCHED_FRAME, ScenePlan, plan_scene
 from magicsim.simulation.sensor import Sensor, sensor_camera
 from magicsim.simulation.touch_truth import TouchFields
-from magicsim.simulation.truth import contact_mask, depth_map_mm, frame_truth
+from magicsim.simulation.truth import contact_mask, depth_map_mm, frame_truth, is_in_view
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 
 LOGGER = logging.getLogger(__name__)
@@ -89,6 +89,8 @@ class Shot:
     """Exposed on the untouched sensor."""
     landing_mm: npt.NDArray[np.float64] | None
     """Where pixels look, see `pixel_landing_mm`; None where no output needs it."""
+    view_mm: npt.NDArray[np.float64]
+    """What of the contact face the picture covers, see `picture_mm`."""
     watch: BrightnessWatch
     """Tells frames that are black or saturated."""
 
@@ -99,7 +101,8 @@ class Shot:
         watch = BrightnessWatch(rig=rig)
         watch.see_exposure(camera.exposure)
         landing = pixel_landing_mm(sensor.design, rig.lens, rig.camera) if needed else None
-        return cls(sensor=sensor, output=output, camera=camera, landing_mm=landing, watch=watch)
+        view = picture_mm(sensor.design, rig.lens, rig.camera)
+        return cls(sensor=sensor, output=output, camera=camera, landing_mm=landing, view_mm=view, watch=watch)
 
     @on_one_blas_thread
     def take(
@@ -132,7 +135,9 @@ class Shot:
         self.watch.see(image, index=at.index, flashlight=state.flashlight)
         frame = SimulatedFrame(
             image=image,
-            truth=frame_truth(state, deformation, index=at.index, time_s=at.time_s, is_reference=is_reference),
+            truth=frame_truth(
+                state, deformation, design.limits, index=at.index, time_s=at.time_s, is_reference=is_reference
+            ),
             labels=FrameLabels(
                 contact_mask=contact_mask(deformation, landing)
                 if landing is not None and output.contact_mask
@@ -144,6 +149,7 @@ class Shot:
                 markers_mm=markers_mm,
                 markers_px=project_px(markers_mm, design, rig.lens, rig.camera) if markers_mm is not None else None,
                 touch=touch,
+                in_view=is_in_view(state, deformation, self.view_mm),
             ),
             origin=origin,
         )
@@ -182,6 +188,7 @@ def simulate_with(sensor: Sensor, plan: ScenePlan, *, progress: Progress | None 
     frames = []
     for frame, done in zip(stream_frames(sensor, plan), work, strict=True):
         frames.append(frame)
+        sensor.limits.see(frame.truth.beyond_limits)
         if progress is not None:
             progress(done, work[-1])
     return Episode(scene=scene, frames=tuple(frames), seconds=time.perf_counter() - start)

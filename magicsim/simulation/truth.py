@@ -11,6 +11,7 @@ from magicsim.deform.deformation import TOUCHING_GAP_MM, Deformation, SolveFigur
 from magicsim.deform.indentation.path import as_vector
 from magicsim.frame_class import classify_frame
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.limits import PressLimits
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.episode import FrameTruth
 
@@ -19,26 +20,28 @@ AROUND_MM = 2 * POINT_SPACING_MM
 
 
 def frame_truth(
-    state: FrameState, deformation: Deformation, *, index: int, time_s: float, is_reference: bool
+    state: FrameState, deformation: Deformation, limits: PressLimits, *, index: int, time_s: float, is_reference: bool
 ) -> FrameTruth:
     """What is true of a frame.
 
     Args:
         state: Where object and light are.
         deformation: Equilibrium of the lattice.
+        limits: Those of the design.
         index: Place in the stream.
         time_s: Time from the first frame [s].
         is_reference: Whether the frame is one of the references.
     """
     force = as_vector(deformation.force_n)
     size = float(np.linalg.norm(deformation.force_n))
+    depth = max(0.0, -state.gap_mm) if state.gap_mm is not None else 0.0
     return FrameTruth(
         index=index,
         time_s=time_s,
         is_reference=is_reference,
         state=state,
         contact=size > 0,
-        depth_mm=max(0.0, -state.gap_mm) if state.gap_mm is not None else 0.0,
+        depth_mm=depth,
         force_n=force,
         torque_nmm=as_vector(deformation.torque_nmm),
         contact_area_mm2=deformation.contact_area_mm2,
@@ -51,7 +54,25 @@ def frame_truth(
             max_penetration_mm=deformation.max_penetration_mm,
             force_balance=deformation.force_balance,
         ),
+        beyond_limits=limits.excess(depth_mm=depth, force_n=force[2], area_mm2=deformation.contact_area_mm2),
     )
+
+
+def is_in_view(state: FrameState, deformation: Deformation, view_mm: Array) -> bool:
+    """Whether a picture covers the middle of what touches, or the place that an object stands before.
+
+    Args:
+        state: Where the object is.
+        deformation: Equilibrium of the lattice.
+        view_mm: From `magicsim.camera.projection.picture_mm`.
+    """
+    if state.gap_mm is None:
+        return True
+    pressure = deformation.contact_pressure_mpa
+    place = np.array([state.x_mm, state.y_mm])
+    if pressure.sum() > 0:
+        place = np.average(deformation.contact_points_mm[:, :2], axis=0, weights=pressure)
+    return bool(((view_mm[0] <= place) & (place <= view_mm[1])).all())
 
 
 def contact_mask(deformation: Deformation, landing_mm: Array) -> Mask:

@@ -4,6 +4,7 @@ import pytest
 
 from magicsim.detectors import FrameClass, classify_frame
 from magicsim.errors import ConfigError
+from magicsim.frame_class import LIGHT_TOUCH, frame_label, scored_class
 
 
 @pytest.mark.parametrize(
@@ -38,3 +39,12 @@ def test_reference_frames_are_never_scored(gap_mm):
 def test_truth_that_is_not_finite_is_refused(values):
     with pytest.raises(ConfigError, match="finite"):
         classify_frame(**values)
+
+
+def test_every_touch_has_a_label_and_a_light_one_is_not_scored():
+    for gap_mm, force_n, label in ((-0.2, 0.1, LIGHT_TOUCH), (-0.2, 0.0, ""), (-0.4, 0.1, "Contact"), (0.02, 0.0, "")):
+        found = classify_frame(gap_mm=gap_mm, force_n=force_n)
+        assert frame_label(found, touches=force_n > 0) == label
+        assert scored_class(label) is found
+    with pytest.raises(ConfigError, match=r"unknown class 'Touch'.*Light touch"):
+        scored_class("Touch")

@@ -13,7 +13,7 @@ from magicsim.arrays import Array
 from magicsim.config.tables import Line, read_table
 from magicsim.dataset.real.description import Description, LabelColumns, Scales, TruthRules
 from magicsim.errors import ConfigError, unknown_choice
-from magicsim.frame_class import FrameClass, classify_frame
+from magicsim.frame_class import LIGHT_TOUCH, FrameClass, classify_frame, scored_class
 from magicsim.judge.plausible import force_size
 
 NUMBERS = ("time_s", "gap_mm", "depth_mm", "twist_deg", "contact_area_mm2")
@@ -235,9 +235,9 @@ def truth_of(row: Row, rules: TruthRules, known: frozenset[str], *, name: str = 
 
 
 def _given(word: str, rules: TruthRules, name: str) -> FrameClass | None:
-    """Class that a column gives; None for an empty text."""
+    """Class that a column gives; None for an empty text and for a light touch."""
     meant = rules.classes.get(word, word)
-    if meant and meant not in list(FrameClass):
+    if meant and meant not in {LIGHT_TOUCH, *FrameClass}:
         msg = f"'{name}': {unknown_choice('class', word, FrameClass)}; truth.classes translates other words"
         raise ConfigError(msg)
-    return FrameClass(meant) if meant else None
+    return scored_class(meant)

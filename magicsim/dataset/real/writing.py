@@ -28,6 +28,7 @@ from magicsim.errors import FrameError
 from magicsim.folder.ledger import RESUMABLE, Ledger
 from magicsim.folder.listing import sha256_of
 from magicsim.folder.target import output_errors, sole_writer
+from magicsim.frame_class import CONTACT_MIN_DEPTH_MM, frame_label
 
 DESCRIPTION = "real.toml"
 NEVER_RENDERED = "recorded"
@@ -204,8 +205,9 @@ def frame_row(frame: RealFrame, sequence: RecordedSequence) -> dict[str, Any]:
         force_n, depth_mm = np.nan_to_num(labels["force_n"]).tolist(), float(np.nan_to_num(labels["depth_mm"]))
         return common | {"frame_class": "", "contact": False, "force_n": force_n, "depth_mm": depth_mm}
     truth = sequence.truth(labels, name=frame.name)
+    is_light = bool(truth.contact) and 0 < truth.depth_mm < CONTACT_MIN_DEPTH_MM
     return common | {
-        "frame_class": str(truth.frame_class or ""),
+        "frame_class": frame_label(truth.frame_class, touches=is_light),
         "gap_mm": truth.gap_mm,
         "contact": truth.contact,
         "depth_mm": truth.depth_mm,

@@ -23,6 +23,7 @@ from magicsim.deform.solve.path import MAX_ITERATIONS, ContactSolver
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.geometry.limits import LimitsWatch
 from magicsim.geometry.objects.plain import SphereObject
 from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.waiting import Told, on_stderr, unheard, waiting
@@ -124,7 +125,7 @@ def press(
         steps = list(timed_poses([first, *poses], lengths, speed_mm_s=speed_mm_s, hold_s=hold_s))
     twists = [0.0] * len(steps) if speed_mm_s is not None else [twist for _, twist in stages]
     with waiting("pressing", told if progress is None else unheard) as share:
-        return follow(
+        result = follow(
             design,
             steps,
             twists,
@@ -133,6 +134,8 @@ def press(
             max_iterations=max_iterations,
             progress=progress or share,
         )
+    _mind_limits(design, result)
+    return result
 
 
 def press_curve(
@@ -190,6 +193,7 @@ def press_curve(
             max_iterations=max_iterations,
             progress=progress or share,
         )
+    _mind_limits(design, result)
     return PressCurve(result=result)
 
 
@@ -254,6 +258,13 @@ def follow(
         converged=end.converged,
         history=history,
     )
+
+
+def _mind_limits(design: ElastomerDesign, result: PressResult) -> None:
+    """Warns where the place of the largest force is beyond what the block bears."""
+    most = max(result.history, key=lambda place: place.force_n[2])
+    excess = design.limits.excess(depth_mm=most.depth_mm, force_n=most.force_n[2], area_mm2=most.contact_area_mm2)
+    LimitsWatch(design.limits).see(excess)
 
 
 @lru_cache(maxsize=1)

@@ -70,7 +70,7 @@ def _digest(rig: Rig) -> str | None:
 def untouched_key(design: ElastomerDesign, rig: Rig, settings: RenderSettings) -> str:
     """Everything that the untouched state depends on."""
     data = [
-        design.model_dump(mode="json"),
+        design.model_dump(mode="json", exclude={"limits"}),
         rig.model_dump(mode="json", include={"strips", "leds", "ring", "lens", "ambient", "room"}),
         _digest(rig),
         design.markers.digest() if isinstance(design.markers, PictureMarkers) else None,

@@ -48,6 +48,11 @@ class GripTruth(GripState):
     angle_deg: float = 0.0
     """Angle of the cranks [degrees]."""
 
+    @property
+    def beyond_limits(self) -> str:
+        """What of either finger's touch is above the limits of its design; empty where nothing is."""
+        return self.upper.beyond_limits or self.lower.beyond_limits
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GripFrames:

@@ -181,9 +181,12 @@ class Coupling:
     def truths(self, moments: Mapping[str, Moment]) -> dict[str, FrameTruth]:
         """Ground truth of moments from `step`, without rendering them: forces in each sensor's frame."""
         return {
-            name: frame_truth(each.state, each.deformation, index=each.index, time_s=each.time_s, is_reference=False)
+            name: frame_truth(
+                each.state, each.deformation, self.sensors[name].sensor.design.limits, index=each.index,
+                time_s=each.time_s, is_reference=False,
+            )
             for name, each in moments.items()
-        }
+        }  # fmt: skip
 
     def _facing_pairs(self) -> list[tuple[AttachedSensor, AttachedSensor]]:
         """Each sensor that looks at another one, with that."""

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from magicsim.camera.projection import pixel_landing_mm, project_px
+from magicsim.camera.projection import picture_mm, pixel_landing_mm, project_px
 from magicsim.scenes.scene import SceneConfig, load_scene
 
 
@@ -36,3 +36,17 @@ def test_points_nearer_to_the_camera_are_seen_farther_out():
     assert (np.abs(high - middle) > np.abs(low - middle) + 0.5).all()
     assert high[0] > middle[0]  # +x is right
     assert high[1] < middle[1]  # +y is up
+
+
+@pytest.mark.parametrize("settings", [[], ["rig.camera.columns=32", "rig.camera.rows=24"]])
+def test_picture_covers_the_rectangle_of_the_face_whose_corners_it_sees(settings: list[str]):
+    case = scene(*settings)
+    low, high = picture_mm(case.design, case.rig.lens, case.rig.camera)
+    camera = case.rig.camera
+    size = np.array([camera.field_mm, camera.field_mm * camera.rows / camera.columns])
+    np.testing.assert_allclose(high - low, size, atol=2 * camera.field_mm / camera.columns)
+    for share, is_seen in ((0.99, True), (1.1, False)):
+        corners = np.array([[x * share, y * share, 0.0] for x in (low[0], high[0]) for y in (low[1], high[1])])
+        pixels = project_px(corners, case.design, case.rig.lens, case.rig.camera)
+        inside = (pixels > -0.5) & (pixels < [case.rig.camera.columns - 0.5, case.rig.camera.rows - 0.5])
+        assert inside.all() == is_seen

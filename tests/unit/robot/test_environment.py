@@ -9,6 +9,7 @@ import pytest
 from laboratory.interrupts import differences
 
 from magicsim.errors import ConfigError, ConvergenceError
+from magicsim.geometry.limits import PressLimits
 from magicsim.scenes.scene import load_scene
 from magicsim.simulation.sensor import Sensor
 
@@ -181,6 +182,17 @@ def test_step_without_an_equilibrium_ends_the_episode_and_shows_the_state_before
     observation, reward, is_over, is_late, info = env.step(action(1, 0))
     assert (reward, is_over, is_late, info["error"]) == (0.0, False, True, "no equilibrium")
     assert observation["proprioception"][0] == pytest.approx(12)
+
+
+@pytest.mark.parametrize("is_asked", [False, True])
+def test_episode_may_end_where_the_print_bears_no_more(
+    env: GraspLift, monkeypatch: pytest.MonkeyPatch, *, is_asked: bool
+):
+    monkeypatch.setattr(env, "ends_beyond_limits", is_asked)
+    monkeypatch.setattr(PressLimits, "excess", lambda *_, **__: "7 N is above")
+    env.reset(seed=1, options={"gap_mm": 2.0})
+    _, reward, is_over, is_late, info = env.step(action(0, 0))
+    assert (reward, is_over, is_late, info["beyond_limits"]) == (-float(is_asked), is_asked, False, "7 N is above")
 
 
 def test_options_that_do_not_exist_or_are_outside_are_refused(env: GraspLift):

@@ -247,3 +247,23 @@ def test_what_nobody_sees_or_was_not_given_is_refused(gripper: Gripper):
     with pytest.raises(ConfigError, match="companion is missing: build the sensor with what is to be seen"):
         gripper.accompany(Pose.from_degrees(np.zeros(3)))
     gripper.accompany(None)
+
+
+def test_motion_beyond_what_the_print_bears_is_told_once_or_refused(caplog: pytest.LogCaptureFixture):
+    limited = "design.limits.force_n=0.5"
+    with (
+        Gripper(block(limited), workspace=SPACE) as warning,
+        Gripper(block(limited), workspace=SPACE, within_limits=True) as strict,
+    ):
+        narrow, wide = warning.touching_width_mm - 1, warning.touching_width_mm - 0.1
+        for width in (wide, narrow, narrow - 0.2):
+            warning.close(width)
+        assert warning.truth().beyond_limits
+        messages = [record.message for record in caplog.records]
+        assert len(messages) == 2  # one for each finger
+        assert all("N is above design.limits.force_n = 0.5" in each for each in messages)
+        strict.close(wide)
+        with pytest.raises(ConfigError, match=r"not allowed with within_limits: .* above design.limits.force_n = 0.5"):
+            strict.close(narrow)
+        assert strict.width_mm == wide
+        assert not strict.truth().beyond_limits

@@ -5,8 +5,10 @@ import pytest
 
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.structure import box_lattice
+from magicsim.geometry.limits import PressLimits
 from magicsim.geometry.pose import Pose
-from magicsim.simulation.truth import contact_mask, depth_map_mm
+from magicsim.scenes.timeline import UNTOUCHED
+from magicsim.simulation.truth import contact_mask, depth_map_mm, frame_truth, is_in_view
 
 PLANES = (np.linspace(-4, 4, 9), np.linspace(-3, 3, 7), np.array([0.0, 2.0]))
 LANDING = np.stack(np.meshgrid(np.linspace(-3, 3, 13), np.linspace(2, -2, 9)), -1)
@@ -52,3 +54,25 @@ def test_pixels_beyond_the_outermost_points_see_the_nearest_one(rest: Deformatio
     far = np.array([[[50.0, 0.0]]])
     state = pressed(rest, lambda x, _: 0.1 * x)
     assert depth_map_mm(state, far)[0, 0] == pytest.approx(0.1 * rest.contact_points_mm[:, 0].max())
+
+
+def test_light_touch_is_labelled_and_a_hard_one_is_beyond_limits(rest: Deformation):
+    limits = PressLimits(force_n=6.0)
+    found = []
+    for gap_mm, force_n, is_reference in ((-0.1, 0.5, False), (-0.1, 0.5, True), (-1.0, 7.0, False), (1.0, 0.0, False)):
+        state = replace(UNTOUCHED, gap_mm=gap_mm)
+        touched = replace(rest, force_n=np.array([0.0, 0.0, force_n]), contact_area_mm2=20.0)
+        truth = frame_truth(state, touched, limits, index=0, time_s=0.0, is_reference=is_reference)
+        found.append((truth.label, bool(truth.beyond_limits)))
+    assert found == [("Light touch", False), ("", False), ("Contact", True), ("Near", False)]
+
+
+def test_touch_is_in_view_where_the_picture_covers_what_presses(rest: Deformation):
+    view = np.array([[-4.0, -1.0], [4.0, 1.0]])
+    place = replace(UNTOUCHED, gap_mm=-0.5, x_mm=0.0, y_mm=2.0)
+    assert not is_in_view(place, rest, view)  # its origin is outside, and nothing presses
+    assert is_in_view(replace(place, y_mm=0.5), rest, view)
+    assert is_in_view(UNTOUCHED, rest, view)
+    near = np.exp(-np.linalg.norm(rest.contact_points_mm[:, :2] - [1.0, 0.5], axis=1))
+    pressing = replace(rest, contact_pressure_mpa=np.where(near > np.exp(-0.4), near, 0.0))
+    assert is_in_view(place, pressing, view)  # the part that presses is inside, such as the blade of a pair of scissors

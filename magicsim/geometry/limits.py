@@ -1,0 +1,78 @@
+"""What a print bears: the largest force and depth of a press that its makers recommend.
+
+A contact is sharp, and the sharp limits hold, where its radius, that of a disc of its area, is below `sharp_radius_mm`.
+"""
+
+import logging
+import math
+from dataclasses import dataclass
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from magicsim.config.models import Config
+
+LOGGER = logging.getLogger(__name__)
+LimitN = Annotated[float, Field(gt=0, le=1e4)]
+LimitMm = Annotated[float, Field(gt=0, le=25)]
+
+
+class PressLimits(Config):
+    """Largest press that a block is made for; what is left out has no limit."""
+
+    force_n: LimitN | None = None
+    """Normal force [N]."""
+    depth_mm: LimitMm | None = None
+    """Depth from first contact [mm]."""
+    sharp_force_n: LimitN | None = None
+    """Normal force of a sharp contact; `force_n` where left out [N]."""
+    sharp_depth_mm: LimitMm | None = None
+    """Depth of a sharp contact; `depth_mm` where left out [mm]."""
+    sharp_radius_mm: Annotated[float, Field(gt=0, le=100)] = 1.5
+    """A contact whose area is less than that of a disc of this radius is sharp [mm]; assumed."""
+
+    @model_validator(mode="after")
+    def _check_sharp(self) -> Self:
+        for name in ("force_n", "depth_mm"):
+            most, sharp = getattr(self, name), getattr(self, f"sharp_{name}")
+            if most is not None and sharp is not None and sharp > most:
+                raise ValueError(f"sharp_{name} = {sharp:g} is not allowed: must be at most {name} = {most:g}")
+        return self
+
+    def excess(self, *, depth_mm: float, force_n: float, area_mm2: float) -> str:
+        """What of a touch is above its limit, with figures; empty where nothing is, and without force.
+
+        Args:
+            depth_mm: Depth from first contact [mm].
+            force_n: Normal force [N].
+            area_mm2: Area that touches [mm2].
+        """
+        if force_n <= 0:
+            return ""
+        radius = math.sqrt(max(area_mm2, 0.0) / math.pi)
+        is_sharp = radius < self.sharp_radius_mm
+        found = []
+        for name, value, unit in (("force_n", force_n, "N"), ("depth_mm", depth_mm, "mm")):
+            sharp, most = getattr(self, f"sharp_{name}"), getattr(self, name)
+            key, limit = (f"sharp_{name}", sharp) if is_sharp and sharp is not None else (name, most)
+            if limit is not None and value > limit * (1 + 1e-9):
+                found.append(f"{value:.3g} {unit} is above design.limits.{key} = {limit:g}")
+        if not found:
+            return ""
+        return " and ".join(found) + f", contact radius {radius:.2g} mm"
+
+
+@dataclass(slots=True)
+class LimitsWatch:
+    """Warns once of touches that a print may not bear."""
+
+    limits: PressLimits
+    has_warned: bool = False
+
+    def see(self, excess: str) -> None:
+        """Warns where something is above its limit and nothing was before."""
+        if excess and not self.has_warned:
+            self.has_warned = True
+            LOGGER.warning(
+                "beyond what the print bears: %s; infill may yield and skin tear, which is not modelled", excess
+            )
