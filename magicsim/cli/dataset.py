@@ -29,7 +29,8 @@ Folder = Annotated[Path, Parameter(help="Folder of a dataset.")]
 
 @dataset_app.default
 def dataset(
-    recipe: str, *, out: Out,
+    recipe: Annotated[str | None, Parameter(help="Preset or file; with --resume the folder's own by default.")] = None,
+    *, out: Out,
     workers: Annotated[int | None, Parameter(help="Processes; one for each core by default.")] = None,
     cluster: Annotated[str | None, Parameter(help="Address of a dask.distributed scheduler.")] = None,
     resume: Annotated[bool, Parameter(negative="", help="Go on with the folder's dataset, or let it grow.")] = False,
@@ -43,11 +44,14 @@ def dataset(
     A run that was stopped or killed goes on with --resume, and ends with the same bytes as one that was not. More
     episodes (--set episodes=1000 --resume) make a finished dataset grow. `dataset verify DIR` checks one.
     """
-    from magicsim.dataset.manifest import FOLDER
+    from magicsim.dataset.manifest import CONFIG, FOLDER
     from magicsim.dataset.recipes.recipe import load_recipe
     from magicsim.workers.attempt import choose_workers
 
-    config = load_recipe(recipe, settings or [], seed=seed)
+    own = out / CONFIG
+    if recipe is None and not (resume and own.is_file()):
+        raise ConfigError("recipe is missing: name a preset or a file; --resume alone goes on with a dataset in --out")
+    config = load_recipe(recipe or own, settings or [], seed=seed)
     options = choose_workers(workers, cluster=cluster, timeout_s=config.timeout_s)
     if preview is not None:
         _preview(config, out, preview, options, as_json=json)
@@ -56,11 +60,15 @@ def dataset(
     from magicsim.cli.progress import show_progress
     from magicsim.dataset.generate import generate_dataset
 
-    with show_progress(f"{recipe}: {config.episodes} episodes") as progress:
+    with show_progress(f"{recipe or out}: {config.episodes} episodes") as progress:
         summary = generate_dataset(
             config, out, options=options, resume=resume, announce=_announce(out, options.workers),
-            progress=_told(progress),
+            phase=lambda name: progress(0, config.episodes, name), progress=_told(progress),
         )  # fmt: skip
+    index = FOLDER.read_index(out) if summary.failed else None
+    if index is not None and index.failed:
+        first = index.failed[0]
+        sys.stderr.write(f"{summary.failed} episodes have no rows; episode {first.episode}: {first.message}\n")
     print_result(fields_of(summary), as_json=json)
 
 
@@ -139,15 +147,29 @@ def _announce(out: Path, workers: int) -> "Callable[[Cost], None]":
 
     def announce(found: "Cost") -> None:
         cores, free = min(workers, usable_cores()), shutil.disk_usage(out).free
+        if found.kept[0]:
+            sys.stderr.write(f"{found.kept[0]} of {found.kept[1]} episodes kept\n")
         sys.stderr.write(
             f"about {found.frames} frames to simulate, {found.seconds(cores) / 60:.0f} minutes on {cores} core"
             f"{'s' if cores > 1 else ''} and "
             f"{found.bytes / 1e6:.0f} MB of {free / 1e6:.0f} MB that are free (rough estimates)\n"
         )
+        parts = ", ".join(f"{each.name} {_time(each.core_seconds / cores)}" for each in found.phases)
+        longest = found.longest
+        sys.stderr.write(f"of these {parts}\n")
+        sys.stderr.write(
+            f"most is {longest.name} ({longest.core_seconds / found.core_seconds:.0%}); shorter by {longest.cut}\n"
+        )
+        if found.view:
+            sys.stderr.write(f"{found.view}\n")
         if found.bytes > free:
             sys.stderr.write("this will probably not fit; what is finished when the disk is full is kept\n")
 
     return announce
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds / 60:.0f} min" if seconds >= 90 else f"{seconds:.0f} s"  # noqa: PLR2004
 
 
 def _told(progress: Callable[..., None]) -> "Callable[[Standing], None]":

@@ -51,14 +51,18 @@ def show_progress(title: str) -> Iterator[Callable[..., None]]:
 
 @contextmanager
 def _plain_lines(title: str) -> Iterator[Callable[..., None]]:
-    """Lines with the part that is done, and where a part takes long, lines that say only that work goes on."""
+    """Lines with the part that is done, and where a part takes long, lines that say only that work goes on.
+
+    A note about work of which nothing is done yet names what is begun, and is a line at once.
+    """
     start = last = time.monotonic()
-    ended = threading.Event()
+    ended, phase = threading.Event(), ""
 
     def report(done: int, total: int, note: str = "") -> None:
-        nonlocal last
+        nonlocal last, phase
         now = time.monotonic()
-        if now - last < LINE_SECONDS and done < total:
+        is_begun, phase = done == 0 and bool(note) and note != phase, note
+        if now - last < LINE_SECONDS and done < total and not is_begun:
             return
         last = now
         left = f", about {(now - start) / done * (total - done):.0f} s left" if done >= FORETOLD * total else ""
@@ -71,7 +75,7 @@ def _plain_lines(title: str) -> Iterator[Callable[..., None]]:
             now = time.monotonic()
             if now - last >= LINE_SECONDS:
                 last = now
-                sys.stderr.write(f"{title}: {now - start:.0f} s so far\n")
+                sys.stderr.write(f"{title}: {now - start:.0f} s so far{f', {phase}' if phase else ''}\n")
 
     threading.Thread(target=go_on, daemon=True).start()
     try:

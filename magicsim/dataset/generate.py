@@ -1,7 +1,7 @@
 """From a recipe to a dataset on disk: resumable, and the same bytes however it was computed."""
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from itertools import islice
@@ -10,6 +10,7 @@ from pathlib import Path
 import tomli_w
 
 from magicsim.camera.exposure import check_codec
+from magicsim.config.documents import read_toml
 from magicsim.config.program import versions
 from magicsim.dataset.assembly import Assembly
 from magicsim.dataset.card import dataset_card
@@ -20,7 +21,7 @@ from magicsim.dataset.recipes.estimate import Cost, estimate
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.rows import SampleTask, nominal_calibration, sensors_table, simulate_sample
 from magicsim.dataset.shard import Column, schema_of_columns
-from magicsim.errors import OutputError
+from magicsim.errors import MagicsimError, OutputError
 from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.target import output_errors, sole_writer
 from magicsim.light.variant import activate_variant
@@ -28,6 +29,8 @@ from magicsim.waiting import Told, on_stderr, unheard, waiting
 from magicsim.workers.attempt import Prepare, WorkerOptions, bound_threads, choose_workers
 from magicsim.workers.tasks import run_tasks
 
+NOT_IN_ROWS, MOST_KEYS = frozenset({"episodes", "license", "timeout_s"}), 8
+"""Keys of a recipe that rows do not depend on, and the most that a message names."""
 CHECKED_FIRST, CHECKED = 200, 100_000
 """Episodes that are drawn, to see that they can be, before anything is written, and before anything is simulated."""
 
@@ -87,6 +90,7 @@ def generate_dataset(
     resume: bool = False,
     simulator: Simulator | None = None,
     announce: Callable[[Cost], None] | None = None,
+    phase: Callable[[str], None] = unheard,
     progress: Callable[[Standing], None] | None = None,
     told: Told = on_stderr,
 ) -> DatasetSummary:
@@ -99,6 +103,7 @@ def generate_dataset(
         resume: Whether to go on with the dataset in the folder, which may also grow that way.
         simulator: What makes rows.
         announce: Told what is left to do, before it is begun.
+        phase: Told what is done, whenever something else is begun.
         progress: Told after every episode.
         told: Hears what takes longer than two seconds; nothing where `progress` does.
 
@@ -109,7 +114,8 @@ def generate_dataset(
     with waiting("making a dataset", told if progress is None else unheard) as share:
         return _generated(
             recipe, out, options or choose_workers(None, timeout_s=recipe.timeout_s), simulator or Simulator(),
-            resume=resume, announce=announce, progress=progress or (lambda now: share(now.done, now.total)),
+            resume=resume, announce=announce, phase=phase,
+            progress=progress or (lambda now: share(now.done, now.total)),
         )  # fmt: skip
 
 
@@ -121,6 +127,7 @@ def _generated(
     *,
     resume: bool,
     announce: Callable[[Cost], None] | None,
+    phase: Callable[[str], None],
     progress: Callable[[Standing], None],
 ) -> DatasetSummary:
     check_codec(recipe.rig.camera.compression)
@@ -132,11 +139,15 @@ def _generated(
     with output_errors(out, then=RESUMABLE), sole_writer(out):
         out.mkdir(parents=True, exist_ok=True)
         is_new = FOLDER.begun(out) is None
+        if is_new:  # what refuses an earlier dataset is one line alone
+            phase("drawing episodes")
         if announce is not None and is_new:  # before the sensors are drawn, which takes a while where there are many
             announce(estimate(recipe, episodes, processes=options.workers))
         for number in checked:
             episodes[number]
         columns = columns_of(recipe)
+        if is_new:
+            phase("drawing printed sensors")
         assembly = _begin(recipe, out, columns, simulator.variant())
         left = assembly.episodes_to_simulate()
         if announce is not None and not is_new:
@@ -146,6 +157,7 @@ def _generated(
             (index, SampleTask(episode=episodes[index], columns=columns, constants=constants))
             for index in map(int, left)
         )
+        phase("the untouched image of the first unit, then touches")
         return _complete(recipe, assembly, episodes, len(left), options, simulator, tasks, progress)
 
 
@@ -162,7 +174,7 @@ def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> As
         files={},
     )
     if earlier is not None:
-        FOLDER.refuse_another(out, earlier, manifest)
+        FOLDER.refuse_another(out, earlier, manifest, other=_another(recipe, out))
         if recipe.episodes < earlier.episodes:
             msg = f"episodes = {recipe.episodes} is not allowed: '{out}' holds a dataset of {earlier.episodes} already"
             raise OutputError(msg)
@@ -179,6 +191,30 @@ def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> As
         ledger.place(name, content)
     files = {name: ledger.listed(name).sha256 for name in contents}
     return Assembly(ledger, recipe, manifest.model_copy(update={"files": files}), schema_of_columns(columns))
+
+
+def _another(recipe: Recipe, out: Path) -> str:
+    """What a folder with another recipe holds, with the keys that differ."""
+    try:
+        before = _keys(read_toml(out / CONFIG))
+    except MagicsimError:
+        return ""
+    now = _keys(recipe.model_dump(mode="json", exclude_none=True))
+    keys = [key for key in sorted({*before, *now} - NOT_IN_ROWS) if before.get(key) != now.get(key)]
+    more = f" and {len(keys) - MOST_KEYS} more" if len(keys) > MOST_KEYS else ""
+    what = f"differs in {', '.join(keys[:MOST_KEYS])}{more}" if keys else "names files that have changed"
+    return f"a dataset of another recipe, which {what}; without RECIPE --resume takes its {CONFIG}"
+
+
+def _keys(value: object, name: str = "") -> dict[str, object]:
+    """Plain values by their dotted keys."""
+    if isinstance(value, Mapping):
+        items: Iterable[tuple[object, object]] = value.items()
+    elif isinstance(value, list):
+        items = enumerate(value)
+    else:
+        return {name: value}
+    return {key: each for part, inner in items for key, each in _keys(inner, f"{name}.{part}".lstrip(".")).items()}
 
 
 def _complete(

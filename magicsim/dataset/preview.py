@@ -7,7 +7,7 @@ import textwrap
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,13 +19,14 @@ import numpy.typing as npt
 from magicsim.arrays import Frame
 from magicsim.dataset.assembly import split_of
 from magicsim.dataset.manifest import PREVIEW_FILES, SHEET, STATISTICS
+from magicsim.dataset.pressed import at_force
 from magicsim.dataset.recipes.draw import DrawnEpisode, draw_episodes
 from magicsim.dataset.recipes.estimate import estimate, odd_step
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.folder.listing import is_sealed, sealed, sha256_of
 from magicsim.folder.result import result_file
 from magicsim.folder.target import output_errors, refuse_foreign
-from magicsim.frame_class import classify_frame, frame_label
+from magicsim.frame_class import LIGHT_TOUCH, FrameClass, classify_frame, frame_label
 from magicsim.notebook.screen import on_screen
 from magicsim.scenes.scene import OutputSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
@@ -83,7 +84,7 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
     places = np.linspace(0, len(episodes) - 1, min(count, len(episodes))).round().astype(int)
     chosen = [episodes[int(place)] for place in places]
     metering = metering_scene(recipe, chosen[0])
-    tasks = ((each.index, (preview_scene(each), metering)) for each in chosen)
+    tasks = ((each.index, (replace(each, scene=preview_scene(each)), metering)) for each in chosen)
     outcomes = run_tasks(preview_frame, tasks, options, prepare=bound_threads)
     images = {
         each.key: each.result.repeat(ENLARGE, 0).repeat(ENLARGE, 1) for each in outcomes if each.result is not None
@@ -110,15 +111,16 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
     )
 
 
-def preview_frame(scenes: tuple[SceneConfig, SceneConfig]) -> Frame:
+def preview_frame(scenes: tuple[DrawnEpisode, SceneConfig]) -> Frame:
     """The coarse frame of one episode as a screen shows it, shape (rows, columns, 3).
 
     Args:
-        scenes: What to render, and the untouched sensor that its exposure is metered on.
+        scenes: An episode with the scene to render, and the untouched sensor that its exposure is metered on.
     """
     from magicsim.camera.exposure import expose, meter
 
-    scene, metering = scenes
+    episode, metering = scenes
+    scene = at_force(episode).scene
     sensor, state = _sensor(scene), timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest) if state.can_touch else sensor.rest
     radiance, camera = sensor.radiance(state, deformation), scene.rig.camera
@@ -145,6 +147,8 @@ def captions(episode: DrawnEpisode) -> list[str]:
     where = "no object"
     if state.gap_mm is not None:
         where = f"gap {state.gap_mm:.2f} mm" if state.gap_mm >= 0 else f"{-state.gap_mm:.2f} mm deep"
+        if state.gap_mm < 0 and episode.force_n is not None:
+            where = f"up to {episode.force_n:.2g} N"
     return [f"{episode.index}: {episode.path_kind}", indenter.kind if indenter is not None else "", where]
 
 
@@ -183,7 +187,7 @@ def recipe_statistics(recipe: Recipe, episodes: Sequence[DrawnEpisode]) -> dict[
     frames: Counter[str] = Counter()
     for episode in episodes:
         frames["Reference"] += recipe.references
-        frames.update(_class(state) for state in timeline(episode.scene))
+        frames.update(_class(state, by_force=episode.force_n is not None) for state in timeline(episode.scene))
     drawn: dict[str, list[float]] = {}
     for episode in episodes:
         for name, value in episode.values.items():
@@ -201,8 +205,10 @@ def recipe_statistics(recipe: Recipe, episodes: Sequence[DrawnEpisode]) -> dict[
     }
 
 
-def _class(state: FrameState) -> str:
+def _class(state: FrameState, *, by_force: bool) -> str:
     touching = state.gap_mm is not None and state.gap_mm < 0
+    if touching and by_force:  # how deep, is known once it is pressed
+        return f"{FrameClass.CONTACT} or {LIGHT_TOUCH}"
     found = classify_frame(gap_mm=state.gap_mm, force_n=float(touching), light_on=state.flashlight)
     return frame_label(found, touches=touching) or "between"
 

@@ -13,6 +13,7 @@ import pyarrow as pa
 
 from magicsim.camera.calibration import CameraCalibration, calibrate_camera
 from magicsim.dataset.columns import DRAWN
+from magicsim.dataset.pressed import at_force
 from magicsim.dataset.recipes.draw import DrawnEpisode, DrawnSensor
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.shard import ROWS_A_GROUP, Column, array, rows_as_bytes, schema_of_columns, value, write_rows
@@ -167,7 +168,7 @@ def simulate_sample(task: SampleTask) -> bytes:
     Raises:
         MagicsimError: The episode has no valid answer, and trying again would not help.
     """
-    episode = task.episode
+    episode = at_force(task.episode)
     scene = episode.scene
     frames = list(stream_frames(Sensor.for_scene(scene, untouched=shared_states()), plan_scene(scene)))
     constants = task.constants | drawn_columns(episode.values)

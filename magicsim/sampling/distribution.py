@@ -62,6 +62,31 @@ class Distribution(Config):
         if self.scale == "log" and low <= 0:
             raise ValueError(f"low = {low:g} is not allowed with scale 'log': must be above 0")
 
+    @property
+    def lowest(self) -> float:
+        """Smallest value."""
+        return min(self.choices) if self.choices is not None else self.at(0.0)
+
+    def within(self, low: float, high: float) -> Self:
+        """What of an interval or of choices lies in a range: all of it keeps its relative frequency.
+
+        Raises:
+            ValueError: Nothing does.
+        """
+        changes: dict[str, object] = {}
+        if self.low is not None and self.high is not None:
+            changes = {"low": max(self.low, low), "high": min(self.high, high)}
+            is_empty = max(self.low, low) > min(self.high, high)
+        else:
+            weights = self.weights or (1.0,) * len(self.choices or ())
+            kept = [pair for pair in zip(self.choices or (), weights, strict=True) if low <= pair[0] <= high]
+            is_empty = self.choices is not None and not any(weight for _, weight in kept)
+            if self.choices is not None and kept:
+                changes = {"choices": tuple(each for each, _ in kept), "weights": tuple(each for _, each in kept)}
+        if is_empty:
+            raise ValueError(f"nothing of it lies in {low:.3g} to {high:.3g}")
+        return self.model_copy(update=changes)
+
     def at(self, share: float) -> float:
         """The value below which a share of all values lies (the quantile), share in [0, 1)."""
         if self.low is not None and self.high is not None:

@@ -3,23 +3,27 @@
 Both are drawn when they are asked for, so that it does not matter how many there are.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Generic, TypeVar, overload
+from typing import Any, Generic, TypeVar, overload
 
 import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.config.models import validate
-from magicsim.dataset.recipes.entries import ClearPath, FlashlightPath, TouchPath, draw_path
+from magicsim.dataset.recipes.entries import ClearPath, FlashlightPath, HoverPath, TouchPath, draw_path
 from magicsim.dataset.recipes.recipe import Recipe
-from magicsim.geometry.design import ElastomerDesign
+from magicsim.errors import ConfigError
+from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.sampling.distribution import Distribution, Number, UnitPoints, choose
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import OutputSettings, SceneConfig
 
 Values = dict[str, float]
+Bounds = Mapping[str, tuple[float, float]]
+"""Smallest and largest value of some numbers by name."""
 DrawnT = TypeVar("DrawnT")
 SENSORS, EPISODES = 1, 2
 """Streams of points."""
@@ -37,6 +41,7 @@ UNEVEN = (
     ("torn_share", "torn_share"),
 )  # fmt: skip
 """Keys of a design's unevenness that drawn values are added to, and the names of the values."""
+PLACE = ("x_mm", "y_mm")
 CHANNELS = ("red", "green", "blue")
 KEPT = 64
 """Things that were drawn last, which are not drawn again."""
@@ -63,6 +68,11 @@ class DrawnEpisode:
     values: Values
     """Drawn values by name, those of its sensor included."""
     scene: SceneConfig
+    """What happens; where a press ends at a force it goes to the largest depth here, see `magicsim.dataset.pressed`."""
+    force_n: float | None = None
+    """Normal force at which its press ends [N]; None where it ends at a depth."""
+    must_reach: bool = False
+    """Whether an object that does not reach that force is refused: no depth was asked for beside it."""
 
 
 def episode_seed(seed: int, index: int) -> int:
@@ -123,6 +133,7 @@ def draw_episodes(recipe: Recipe) -> Drawn[DrawnEpisode]:
             asked for.
     """
     sensors = draw_sensors(recipe, sensor_of(recipe, recipe.episodes - 1) + 1)
+    bounds = _place_bounds(recipe)
     camera = len(_varying(_camera(recipe).values()))
     objects = max((len(_varying(each.numbers().values())) for each in recipe.objects), default=0)
     paths = max(len(_varying(each.numbers().values())) for each in recipe.paths)
@@ -130,8 +141,33 @@ def draw_episodes(recipe: Recipe) -> Drawn[DrawnEpisode]:
     ends = np.cumsum([CHOICES, camera, objects])
     return Drawn(
         recipe.episodes,
-        lambda index: _episode(recipe, index, sensors[sensor_of(recipe, index)], np.split(points[index], ends)),
+        lambda index: _episode(recipe, index, sensors[sensor_of(recipe, index)], np.split(points[index], ends), bounds),
     )
+
+
+def _place_bounds(recipe: Recipe) -> Bounds:
+    """Ranges of the places that objects come down at, those of the picture; none where a recipe may leave it.
+
+    Raises:
+        ConfigError: All places of a path are outside of the picture.
+    """
+    if not recipe.inside or not any(isinstance(path, TouchPath | HoverPath) for path in recipe.paths):
+        return {}
+    from magicsim.camera.projection import picture_mm
+
+    low, high = picture_mm(recipe.design, recipe.rig.lens, recipe.rig.camera).tolist()
+    bounds = dict(zip(PLACE, zip(low, high, strict=True), strict=True))
+    for number, path in enumerate(recipe.paths):
+        for name, (least, most) in bounds.items():
+            drawn = getattr(path, name, None)
+            try:
+                _ = drawn.within(least, most) if isinstance(drawn, Distribution) else None
+            except ValueError:
+                raise ConfigError(
+                    f"paths.{number}.{name} is not allowed: all of it is outside of the picture, which covers "
+                    f"{least:.3g} to {most:.3g} mm; inside = false keeps it"
+                ) from None
+    return bounds
 
 
 def drawn_names(recipe: Recipe) -> list[str]:
@@ -153,14 +189,18 @@ def _varying(numbers: Iterable[Number]) -> list[Distribution]:
     return [number for number in numbers if isinstance(number, Distribution)]
 
 
-def _drawer(group: str, point: Array, values: Values) -> Callable[[str, Number], float]:
-    """A function that takes the next coordinate for every distribution, and notes what came out."""
-    shares = iter(point.tolist())
+def _drawer(group: str, point: Array, values: Values, bounds: Bounds | None = None) -> Callable[[str, Number], float]:
+    """A function that takes the next coordinate for every distribution, and notes what came out, within its bounds."""
+    shares, inside = iter(point.tolist()), bounds or {}
 
     def draw(name: str, number: Number) -> float:
         if not isinstance(number, Distribution):
             return float(number)
-        values[f"{group}.{name}"] = round(number.at(next(shares)), 9)
+        share = next(shares)
+        value = number.at(share)
+        if name in inside:
+            value = min(max(number.within(*inside[name]).at(share), inside[name][0]), inside[name][1])
+        values[f"{group}.{name}"] = round(value, 9)
         return values[f"{group}.{name}"]
 
     return draw
@@ -176,6 +216,19 @@ def _tolerances(recipe: Recipe) -> dict[str, Number]:
     }
     numbers = {name: getattr(tolerances, name) for name in type(tolerances).model_fields if name not in several}
     return numbers | {f"{name}.{of}": getattr(tolerances, name) for name, all_of in several.items() for of in all_of}
+
+
+def _flawed(design: Mapping[str, Any]) -> list[str]:
+    """Tables of a design whose seeds matter: another print has other flaws."""
+    flaws = {"unevenness": [key for key, _ in UNEVEN], "inclusions": [key for _, key, _ in FLAWS[2:]]}
+    return [table for table, keys in flaws.items() if any(design[table][key] for key in keys)]
+
+
+def differing_units(recipe: Recipe, count: int) -> int:
+    """How many of so many printed sensors look different at rest: one, where nothing is drawn for them."""
+    rooms = len(recipe.rooms) > 1 or any(_varying(each.numbers().values()) for each in recipe.rooms)
+    tolerances = bool(_varying(_tolerances(recipe).values()))
+    return count if rooms or tolerances or _flawed(draw_sensors(recipe, 1)[0].design.model_dump()) else min(count, 1)
 
 
 def _camera(recipe: Recipe) -> dict[str, Number]:
@@ -194,15 +247,16 @@ def _sensor(recipe: Recipe, index: int, numbers: dict[str, Number], parts: list[
         design["wall_mm"] = round(design["wall_mm"] + drawn["wall_mm"], 9)
         design["cell_mm"] = round(design["cell_mm"] - drawn["wall_mm"], 9)
     uneven = design["unevenness"]
-    uneven["seed"] += index
     for key, name in UNEVEN:
         uneven[key] = round(uneven[key] + drawn[name], 9)
     pitches = zip("xyz", uneven["pitch_scale"], uneven["pitch_drift"], strict=True)
     scaled = [(a * drawn[f"pitch_scale.{axis}"], b + drawn[f"pitch_drift.{axis}"]) for axis, a, b in pitches]
     uneven["pitch_scale"], uneven["pitch_drift"] = zip(*scaled, strict=True)
-    design["inclusions"]["seed"] += index
     for table, key, name in FLAWS:
         design[table][key] = round(design[table][key] + drawn[name], 9)
+    # A print without flaws has nothing to draw by a seed: units that differ in nothing are one, rendered once.
+    for table in _flawed(design):
+        design[table]["seed"] += index
     for name, material in design["materials"].items():
         if material is None:
             continue
@@ -230,13 +284,15 @@ def _sensor(recipe: Recipe, index: int, numbers: dict[str, Number], parts: list[
     )
 
 
-def _episode(recipe: Recipe, index: int, sensor: DrawnSensor, parts: list[Array]) -> DrawnEpisode:
+def _episode(recipe: Recipe, index: int, sensor: DrawnSensor, parts: list[Array], bounds: Bounds) -> DrawnEpisode:
     choices, camera, objects, paths = parts
     values = dict(sensor.values)
     source = f"episode {index}"
     path = recipe.paths[choose(float(choices[0]), tuple(each.weight for each in recipe.paths))]
-    draw = _drawer("path", paths, values)
-    drawn = draw_path(path, draw)
+    drawn = draw_path(path, _drawer("path", paths, values, bounds))
+    force, must_reach = drawn.get("force_n"), isinstance(path, TouchPath) and path.depth_mm is None
+    if must_reach:
+        drawn["depth_mm"] = min(sensor.design.limits.depth_mm or math.inf, MAX_DEPTH_SHARE * sensor.design.height_mm)
     rig = sensor.rig.model_dump()
     indenter = None
     if isinstance(path, FlashlightPath):
@@ -267,4 +323,6 @@ def _episode(recipe: Recipe, index: int, sensor: DrawnSensor, parts: list[Array]
         path_kind=path.kind,
         values=values,
         scene=validate(SceneConfig, scene, source=source),
+        force_n=force,
+        must_reach=must_reach,
     )

@@ -15,7 +15,7 @@ from magicsim.config.named_files import MESH_SUFFIXES
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.objects.kinds import OBJECT_KINDS
 from magicsim.geometry.objects.rigid_object import ObjectBase
-from magicsim.sampling.distribution import Number, choose
+from magicsim.sampling.distribution import Distribution, Number, choose
 
 Draw = Callable[[str, Number], float]
 """Value of a named number."""
@@ -158,7 +158,8 @@ class PathBase(Config):
     def numbers(self) -> dict[str, Number]:
         """All numbers by name."""
         names = [name for name in type(self).model_fields if name not in {"kind", "weight"}]
-        return {name: getattr(self, name) for name in names if not name.endswith("frames")}
+        numbers = {name: getattr(self, name) for name in names if not name.endswith("frames")}
+        return {name: number for name, number in numbers.items() if number is not None}
 
 
 class TouchPath(PathBase):
@@ -170,8 +171,11 @@ class TouchPath(PathBase):
     y_mm: Number = 0.0
     gap_mm: Number = 10.0
     """Distance at which the approach begins [mm]."""
-    depth_mm: Number
-    """Press from first contact [mm]."""
+    depth_mm: Number | None = None
+    """Press from first contact [mm]; beside a force its end in any case. A force alone ends at the depth that the
+    design's `limits` name."""
+    force_n: Number | None = None
+    """Normal force at which the press ends [N], whose depth is found on the way; within 3 %."""
     shear_mm: Number = 0.0
     """Slide along the face once pressed [mm]."""
     shear_direction_deg: Number = 0.0
@@ -180,15 +184,25 @@ class TouchPath(PathBase):
     """Turn about z once pressed [degrees]."""
     friction: Number = 0.0
     """Coulomb's coefficient."""
-    approach_frames: SomeFrames = 5
+    approach_frames: Frames = 5
+    """Frames before contact; none begins with the press."""
     press_frames: SomeFrames = 4
     shear_frames: Frames = 3
     twist_frames: Frames = 3
     hold_frames: Frames = 1
     release_frames: Frames = 2
 
+    @model_validator(mode="after")
+    def _check_end(self) -> Self:
+        if self.depth_mm is None and self.force_n is None:
+            raise ValueError("depth_mm is missing: a touch needs depth_mm, force_n, or both")
+        lowest = self.force_n.lowest if isinstance(self.force_n, Distribution) else self.force_n
+        if lowest is not None and lowest <= 0:
+            raise ValueError(f"force_n = {lowest:g} is not allowed: must be above 0")
+        return self
+
     def keyframes(self, drawn: dict[str, float]) -> list[Table]:
-        """Keyframes of the drawn path."""
+        """Keyframes of the drawn path, with the depth at which it ends in any case."""
         turn, slide = math.radians(drawn["shear_direction_deg"]), drawn["shear_mm"]
         place = {"x_mm": drawn["x_mm"], "y_mm": drawn["y_mm"]}
         slid, turned = place, {}
@@ -197,11 +211,17 @@ class TouchPath(PathBase):
         if self.twist_frames:
             turned = {"twist_deg": drawn["twist_deg"]}
         far, pressed = {"gap_mm": drawn["gap_mm"]}, {"gap_mm": -drawn["depth_mm"]}
+        begin = [
+            (0, place | far),
+            (self.approach_frames, place | {"gap_mm": min(TOUCHING_MM, drawn["gap_mm"])}),
+            (self.press_frames, place | pressed),
+        ]
+        if not self.approach_frames:
+            first = {"gap_mm": -drawn["depth_mm"] / self.press_frames}
+            begin = [(0, place | first), (self.press_frames - 1, place | pressed)]
         return _timed(
             [
-                (0, place | far),
-                (self.approach_frames, place | {"gap_mm": min(TOUCHING_MM, drawn["gap_mm"])}),
-                (self.press_frames, place | pressed),
+                *begin,
                 (self.shear_frames, slid | pressed),
                 (self.twist_frames, slid | turned | pressed),
                 (self.hold_frames, slid | turned | pressed),

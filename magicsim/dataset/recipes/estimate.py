@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.camera.camera import Camera
-from magicsim.dataset.recipes.draw import DrawnEpisode, sensor_of
+from magicsim.camera.projection import picture_mm
+from magicsim.dataset.recipes.draw import DrawnEpisode, differing_units, sensor_of
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.geometry.grid import node_spacing_mm
 from magicsim.scenes.scene import RECORDED_SAMPLES, RenderSettings, SceneConfig
@@ -19,6 +20,10 @@ CAMERA_S, PARTICLE_S, SOLVE_S, MOVE_S, EPISODE_S, START_S = 2.2e-6, 7e-6, 1.0, 0
 start with its compilation; of the default design on one x86-64 core."""
 LOOK_S, RECORD_S = 3e-6, 4e-6
 """Core seconds of a pixel that is seen by recorded paths, and of a camera sample that is recorded."""
+FORCE_SOLVES, WRITE_S = 4, 0.03
+"""Equilibria on the way to a force, and core seconds of a row that is encoded and written."""
+COVERED = 0.93
+"""Share of the face's sides from which a picture counts as one of the whole face."""
 TAXEL_SHARE = 0.3
 """Bytes of compressed fields of touch over those in memory: most taxels touch nothing."""
 IMAGE_BYTES, MASK_BYTES, DEPTH_BYTES, NODE_BYTES, ROW_BYTES = 2.0, 0.02, 1.0, 6.0, 3000
@@ -28,14 +33,38 @@ LOOKED_AT, COUNTED = 64, 256
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Phase:
+    """One part of the work."""
+
+    name: str
+    core_seconds: float
+    """Time on one core [s]."""
+    cut: str = ""
+    """What would make it shorter."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Cost:
     """Time and size, roughly: within a factor of two or so."""
 
     frames: int
-    core_seconds: float
-    """Time on one core [s]."""
+    phases: tuple[Phase, ...]
     bytes: int
     """Size of all shards."""
+    kept: tuple[int, int] = (0, 0)
+    """Episodes that are finished already, and all."""
+    view: str = ""
+    """How much of the face the picture covers, and what share of touches it leaves out; empty where it covers all."""
+
+    @property
+    def core_seconds(self) -> float:
+        """Time on one core [s]."""
+        return sum(phase.core_seconds for phase in self.phases)
+
+    @property
+    def longest(self) -> Phase:
+        """The phase that takes most of the time."""
+        return max(self.phases, key=lambda phase: phase.core_seconds)
 
     def seconds(self, cores: int) -> float:
         """Time on some cores [s]."""
@@ -61,26 +90,64 @@ def estimate(
     planned, counted = _some(numbers, LOOKED_AT), _some(numbers, COUNTED)
     looked_at = [episodes[each] for each in planned]
     scale = len(numbers) / max(1, len(looked_at))
-    costs = [episode_cost(each.scene) for each in looked_at]
+    costs = [episode_cost(each.scene, by_force=each.force_n is not None) for each in looked_at]
     sensors = len({sensor_of(recipe, each) for each in counted})
     if len(counted) < len(numbers):
         sensors = min(len(numbers), int(sensor_of(recipe, int(numbers[-1] - numbers[0]))) + 1)
-    anchors = min(processes * sensors, len(numbers))
-    shared = _shared_s(recipe.render, recipe.rig.camera)
-    seconds = scale * sum(cost[0] for cost in costs) + anchors * shared + processes * START_S
-    frames = sum(recipe.references + episodes[each].scene.frame_count for each in counted)
-    return Cost(
-        frames=round(frames * len(numbers) / max(1, len(counted))),
-        core_seconds=seconds,
-        bytes=round(scale * sum(cost[1] for cost in costs)),
-    )
+    units = differing_units(recipe, sensors)
+    anchors = min(processes * units, len(numbers))
+    frames = round(sum(recipe.references + episodes[each].scene.frame_count for each in counted)
+                   * len(numbers) / max(1, len(counted)))  # fmt: skip
+    shows: dict[str, float] = {}
+    for each, cost in zip(looked_at, costs, strict=True):
+        target = f"frames of {each.scene.object.kind if each.scene.object is not None else 'no object'}"
+        shows[target] = shows.get(target, 0.0) + scale * cost[0]
+    phases = [
+        Phase(name=f"{processes} processes that start", core_seconds=processes * START_S, cut="fewer --workers"),
+        Phase(
+            name=f"untouched images of {units} unit{'s' if units > 1 else ''}",
+            core_seconds=anchors * _shared_s(recipe.render, recipe.rig.camera),
+            cut="fewer units (episodes_per_sensor)" if units > 1 else "render.anchor_samples",
+        ),
+        *(
+            Phase(name=name, core_seconds=time, cut="fewer frames of paths, their weight, or render.samples")
+            for name, time in sorted(shows.items(), key=lambda item: -item[1])
+        ),
+        Phase(name="writing", core_seconds=frames * WRITE_S, cut="labels.depth_map and labels.displacements"),
+    ]
+    view = _view(recipe, [episodes[each] for each in counted])
+    size = round(scale * sum(cost[1] for cost in costs))
+    kept = (len(episodes) - len(numbers), len(episodes))
+    return Cost(frames=frames, phases=tuple(phases), bytes=size, kept=kept, view=view)
+
+
+def _view(recipe: Recipe, episodes: Sequence[DrawnEpisode]) -> str:
+    """What the picture leaves out of the face and of the touches on it."""
+    low, high = picture_mm(recipe.design, recipe.rig.lens, recipe.rig.camera)
+    size, face = high - low, np.array(recipe.design.footprint_mm)
+    presses = [
+        np.array([[at.x_mm, at.y_mm] for at in each.scene.keyframes if at.gap_mm is not None and at.gap_mm < 0])
+        for each in episodes
+        if each.path_kind == "touch"
+    ]
+    outside = np.array([((places < low) | (places > high)).any() for places in presses], bool)
+    if (size > COVERED * face).all() and not outside.any():
+        return ""
+    words = [f"the picture covers {size[0]:.3g} x {size[1]:.3g} mm of a face of {face[0]:g} x {face[1]:g} mm"]
+    if len(outside):
+        words.append(
+            f"{outside.mean():.0%} of the touches are outside of it"
+            + (", for a part of their way" if recipe.inside else "")
+        )
+    return ": ".join(words)
 
 
 def estimate_scene(scene: SceneConfig) -> Cost:
     """What one scene will cost in a process of its own."""
     seconds, size = episode_cost(scene)
     shared = _shared_s(scene.render, scene.rig.camera) + START_S
-    return Cost(frames=scene.references + scene.frame_count, core_seconds=seconds + shared, bytes=round(size))
+    phases = (Phase(name="start and untouched image", core_seconds=shared), Phase(name="frames", core_seconds=seconds))
+    return Cost(frames=scene.references + scene.frame_count, phases=phases, bytes=round(size))
 
 
 def _some(numbers: npt.NDArray[np.int64], most: int) -> list[int]:
@@ -103,14 +170,19 @@ def _shared_s(render: RenderSettings, camera: Camera) -> float:
     return paths + render.anchor_particles * PARTICLE_S
 
 
-def episode_cost(scene: SceneConfig) -> tuple[float, float]:
-    """Core seconds of an episode without the anchor, and the bytes of its rows."""
+def episode_cost(scene: SceneConfig, *, by_force: bool = False) -> tuple[float, float]:
+    """Core seconds of an episode without the anchor, and the bytes of its rows.
+
+    Args:
+        scene: What happens.
+        by_force: Whether the depth of its press is found first.
+    """
     render, camera, plan = scene.render, scene.rig.camera, plan_scene(scene)
     pixels = camera.rows * camera.columns
     rendered = [frame for frame in plan.frames if frame.same_as is None]
     solved, anchored = sum(frame.solve for frame in plan.frames), render.anchor_samples > 0
     traced = 1 + sum(frame.solve or not anchored for frame in rendered)
-    seconds = EPISODE_S + solved * SOLVE_S + anchored * len(rendered) * pixels * LOOK_S
+    seconds = EPISODE_S + (solved + FORCE_SOLVES * by_force) * SOLVE_S + anchored * len(rendered) * pixels * LOOK_S
     seconds += traced * (MOVE_S + pixels * render.samples * CAMERA_S + render.particles * PARTICLE_S)
     frames = scene.references + scene.frame_count
     pressed = sum(frame.state.gap_mm is not None and frame.state.gap_mm < 0 for frame in plan.frames)

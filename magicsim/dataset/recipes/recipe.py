@@ -8,7 +8,15 @@ from pydantic import Field, model_validator
 
 from magicsim.config.models import Config, load_preset
 from magicsim.config.named_files import config_digest
-from magicsim.dataset.recipes.entries import ClearPath, Draw, FlashlightPath, ObjectRecipe, PathRecipe, Weight
+from magicsim.dataset.recipes.entries import (
+    ClearPath,
+    Draw,
+    FlashlightPath,
+    ObjectRecipe,
+    PathRecipe,
+    TouchPath,
+    Weight,
+)  # fmt: skip
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.sampling.distribution import Number, Sampling, check_weights
 from magicsim.scenes.rig import DARK, Rig
@@ -182,6 +190,10 @@ class Recipe(Config):
     split_by: Literal["episode", "sensor"] = "episode"
     """What is never in two splits."""
     splits: Splits = Splits()
+    touches: Annotated[Annotated[int, Field(ge=1, le=10_000_000)] | None, Field(exclude=True)] = None
+    """In place of `episodes` where every path is a touch."""
+    inside: bool = True
+    """Whether drawn places of objects are inside of the picture, which may cover less than the face."""
     references: Annotated[int, Field(ge=0, le=1000)] = 1
     """Frames of the untouched sensor before each episode."""
     frames_per_second: FrameRate = FRAMES_PER_SECOND
@@ -199,6 +211,26 @@ class Recipe(Config):
     """What the dataset's card names as its licence, such as `cc-by-4.0`: yours to choose, none by default."""
     timeout_s: Annotated[float, Field(ge=0.001, le=1e6)] = 1800.0
     """Longest time for one attempt at an episode [s]."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _count_touches(cls, data: Any) -> Any:  # noqa: ANN401 - whatever a file holds
+        return data | {"episodes": data["touches"]} if isinstance(data, dict) and data.get("touches") else data
+
+    @model_validator(mode="after")
+    def _check_paths(self) -> Self:
+        for number, path in enumerate(self.paths):
+            if self.touches is not None and not isinstance(path, TouchPath):
+                raise ValueError(
+                    f"touches = {self.touches} is not allowed: paths.{number} is of kind '{path.kind}' and not a "
+                    "touch; set episodes"
+                )
+            if isinstance(path, TouchPath) and path.force_n is not None and self.contact.rate_dependent:
+                raise ValueError(
+                    f"paths.{number}.force_n is not allowed with contact.rate_dependent: how deep a force presses "
+                    "depends on time there; set depth_mm"
+                )
+        return self
 
     @model_validator(mode="after")
     def _check_objects(self) -> Self:

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 from dataset.conftest import in_process  # noqa: F401 - a fixture
-from dataset.fakes import FAKE, FOLDER, SMALL
+from dataset.fakes import FAILING, FAKE, FOLDER, SMALL
 
 from .conftest import Shell
 
@@ -31,9 +31,37 @@ def test_dataset_prints_the_contract_and_can_be_verified_and_exported(shell: She
 
 def test_dataset_says_before_and_while_it_works_what_it_will_take(shell: Shell):
     done = shell("dataset", *RECIPE, "--out", "set")
-    assert "frames to simulate" in done.err.splitlines()[0]
-    assert "MB that are free" in done.err.splitlines()[0]
-    assert "frames/s, 0 failed" in done.err.splitlines()[-1]
+    lines = done.err.splitlines()
+    assert "drawing episodes" in lines[0]
+    assert "frames to simulate" in lines[1]
+    assert "MB that are free" in lines[1]
+    assert lines[2].startswith("of these 1 processes that start")
+    assert all(name in lines[2] for name in ("untouched images of 2 units", "frames of sphere", "writing"))
+    assert lines[3].startswith("most is ")
+    assert "%); shorter by " in lines[3]
+    assert any("the untouched image of the first unit" in line for line in lines[4:])
+    assert "frames/s, 0 failed" in lines[-1]
+
+
+def test_dataset_goes_on_by_the_recipe_in_its_folder_and_says_what_it_keeps(shell: Shell):
+    assert "recipe is missing" in shell.refusal("dataset", "--out", "set")
+    assert "recipe is missing" in shell.refusal("dataset", "--out", "set", "--resume")
+    found = shell.json("dataset", *RECIPE, "--out", "set")
+    done = shell("dataset", "--out", "set", "--resume", "--workers", "1", "--set", "episodes=8")
+    assert done.code == 0
+    assert "5 of 8 episodes kept" in done.err.splitlines()
+    assert shell.json("dataset", "--out", "set", "--resume", "--workers", "1")["samples"] > found["samples"]
+    said = shell.refusal("dataset", "--out", "set", "--resume", "--set", "references=3", "--set", "render.samples=4")
+    assert "holds a dataset of another recipe, which differs in references, render.samples; without RECIPE" in said
+
+
+def test_why_an_episode_has_no_rows_is_told(shell: Shell, monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    monkeypatch.setenv("FAKE_CRASH", str(tmp_path / "none"))
+    monkeypatch.setattr("magicsim.dataset.generate.Simulator", lambda: FAILING)
+    done = shell("dataset", *RECIPE, "--out", "set")
+    assert done.code == 0
+    last = done.err.splitlines()[-1]
+    assert last == "1 episodes have no rows; episode 1: the deformation did not reach a valid equilibrium"
 
 
 def test_damage_is_listed_and_the_exit_code_is_1(shell: Shell, tmp_path: Path):

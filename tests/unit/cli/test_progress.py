@@ -36,6 +36,21 @@ def test_plain_lines_come_at_most_every_ten_seconds_and_at_the_end(
     assert lines[-1].endswith("about 0 s left")
 
 
+def test_work_that_begins_is_named_at_once_and_in_the_lines_that_follow(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    monkeypatch.setattr(progress, "LINE_SECONDS", 0.5)
+    with show_progress("set") as report:
+        report(0, 9, "drawing")
+        report(0, 9, "drawing")
+        report(0, 9, "rendering")
+        time.sleep(1.0)
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[:2] == ["set: 0%, 0 s so far, drawing", "set: 0%, 0 s so far, rendering"]
+    assert lines[2:]
+    assert all(line.endswith("s so far, rendering") for line in lines[2:])
+
+
 def test_quick_work_says_only_that_it_is_done(clock: SimpleNamespace, capsys: pytest.CaptureFixture[str]):
     with show_progress("demo") as report:
         for done in range(1, 4):

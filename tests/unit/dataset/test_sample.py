@@ -98,6 +98,21 @@ def test_displacements_are_those_of_the_lattice_in_the_sensors_table(recipe, row
             assert moved[face][nearest, 2] == pytest.approx(row["depth_mm"], abs=0.25)
 
 
+def test_press_ends_at_the_force_that_was_drawn():
+    recipe = small_recipe(
+        "paths=[{kind='touch',force_n={low=0.3,high=1.5},friction=0.5,shear_frames=0,twist_frames=0}]"
+    )
+    episode = draw_episodes(recipe)[0]
+    task = SampleTask(episode=episode, columns=columns_of(recipe), constants=CONSTANTS)
+    found = pq.read_table(io.BytesIO(simulate_sample(task))).to_pylist()
+    deepest = max(found, key=lambda row: row["depth_mm"])
+    assert deepest["force_n"][2] == pytest.approx(episode.force_n, rel=0.05)
+    assert deepest["drawn.path.force_n"] == episode.force_n
+    assert deepest["depth_mm"] < recipe.design.limits.depth_mm
+    assert not any(row["beyond_limits"] for row in found)
+    assert all(row["in_view"] for row in found)
+
+
 def test_flashlight_brightens_the_frame():
     recipe = small_recipe("paths=[{kind='flashlight',strength=2.0,lit_frames=2}]")
     task = SampleTask(episode=draw_episodes(recipe)[0], columns=columns_of(recipe), constants=CONSTANTS)

@@ -11,11 +11,19 @@ from magicsim.config.models import apply_overrides, read_whole, validate
 from magicsim.config.presets import find_preset
 from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of
-from magicsim.dataset.recipes.draw import draw_episodes, draw_sensors, drawn_names, episode_seed
+from magicsim.dataset.recipes.draw import (
+    differing_units,
+    draw_episodes,
+    draw_sensors,
+    drawn_names,
+    episode_seed,
+)
 from magicsim.dataset.recipes.entries import ObjectRecipe
+from magicsim.dataset.recipes.estimate import estimate
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects.kinds import OBJECT_KINDS
+from magicsim.light.records.untouched import untouched_key
 from magicsim.scenes.timeline import timeline
 
 
@@ -59,10 +67,10 @@ def test_paths_and_objects_come_as_often_as_they_weigh(default: Recipe, episodes
 def test_every_drawn_value_has_a_column_and_lies_in_its_interval(default: Recipe, episodes):
     names = set(drawn_names(default))
     assert set().union(*(episode.values for episode in episodes)) == names
-    depths = [episode.values["path.depth_mm"] for episode in episodes if "path.depth_mm" in episode.values]
-    assert 0.1 <= min(depths) < 0.15
+    forces = [episode.values["path.force_n"] for episode in episodes if "path.force_n" in episode.values]
+    assert 0.1 <= min(forces) < 0.2
     for episode in episodes:
-        assert ("path.depth_mm" in episode.values) == (episode.path_kind == "touch")
+        assert ("path.force_n" in episode.values) == (episode.path_kind == "touch")
         assert ("object.radius_mm" in episode.values) <= (episode.scene.object is not None)
 
 
@@ -214,7 +222,19 @@ def test_meshes_of_a_folder_are_equally_likely(tmp_path: Path):
         ({"objects": []}, "objects are missing"),
         ({"paths": []}, "paths = "),
         ({"paths": [{"kind": "poke", "depth_mm": 1.0}]}, "available: clear, flashlight, hover, touch"),
-        ({"paths": [{"kind": "touch"}]}, "paths.0.depth_mm is missing"),
+        ({"paths": [{"kind": "touch"}]}, "paths.0: depth_mm is missing: a touch needs depth_mm, force_n, or both"),
+        (
+            {"paths": [{"kind": "touch", "force_n": {"low": 0.0, "high": 6.0}}]},
+            "force_n = 0 is not allowed: must be abo",
+        ),
+        ({"paths": [{"kind": "touch", "force_n": {"mean": 1.0, "sd": 0.5}}]}, "force_n = -0.5 is not allowed"),
+        ({"paths": [{"kind": "touch", "force_n": {"choices": [2.0, -1.0]}}]}, "force_n = -1 is not allowed"),
+        (
+            {"paths": [{"kind": "touch", "force_n": 1.0}], "contact": {"rate_dependent": True}},
+            "paths.0.force_n is not allowed with contact.rate_dependent",
+        ),
+        ({"touches": 9}, "touches = 9 is not allowed: paths.1 is of kind 'flashlight' and not a touch; set episodes"),
+        ({"touches": 0}, "touches = 0 is not allowed"),
         ({"paths": [{"kind": "touch", "depth_mm": {"low": 1.0}}]}, "needs either low and high"),
         ({"splits": {"train": 0.0, "validation": 0.0, "test": 0.0}}, "one of them above 0"),
         ({"tolerances": {"skin": 0.1}}, "unknown key in .tolerances. 'skin'"),
@@ -352,3 +372,75 @@ def test_rows_say_where_somebody_passes_in_rooms_where_somebody_does():
         for room in ("office", "corridor")
     ]
     assert names[1] - names[0] == {"passing_x_mm"}
+
+
+def test_touch_that_ends_at_a_force_notes_it_and_how_deep_it_may_go():
+    by_force = {"kind": "touch", "force_n": {"low": 0.1, "high": 6.0}}
+    alone, beside = (recipe_with(paths=[by_force | more], episodes=8) for more in ({}, {"depth_mm": 1.5}))
+    assert "drawn.path.force_n" in {each.name for each in columns_of(alone)}
+    for recipe, limit_mm, must_reach in ((alone, 2.5, True), (beside, 1.5, False)):  # 2.5 mm are the design's limit
+        for episode in draw_episodes(recipe):
+            assert episode.force_n == episode.values["path.force_n"]
+            assert episode.must_reach is must_reach
+            assert min(state.gap_mm for state in timeline(episode.scene)) == -limit_mm
+    assert draw_episodes(small_recipe())[0].force_n is None
+
+
+def test_touch_without_an_approach_begins_pressed():
+    path = {
+        "kind": "touch", "depth_mm": 0.6, "approach_frames": 0, "press_frames": 3, "shear_frames": 1, "shear_mm": 0.5,
+        "twist_frames": 0, "hold_frames": 0, "release_frames": 0,
+    }  # fmt: skip
+    episode = draw_episodes(recipe_with(paths=[path], episodes=1))[0]
+    found = [(state.gap_mm, state.x_mm) for state in timeline(episode.scene)]
+    np.testing.assert_allclose(found, [(-0.2, 0), (-0.4, 0), (-0.6, 0), (-0.6, 0.5)], atol=1e-8)
+
+
+def test_touches_are_counted_in_touches():
+    recipe = load_recipe("touches", ["touches=40"])
+    assert (recipe.episodes, load_recipe("touches", ["episodes=7"]).episodes) == (40, 7)
+    kinds = set()
+    for episode in draw_episodes(recipe):
+        assert episode.path_kind == "touch"
+        assert all(state.gap_mm < 0 for state in timeline(episode.scene))  # no frames before contact
+        kinds.add(episode.scene.object.kind)
+    assert kinds == {"sphere", "box", "cylinder", "domed_cylinder", "spanner", "screwdriver", "banana"}
+
+
+def test_default_recipe_has_textures_and_everyday_things_at_forces_that_the_print_bears(default: Recipe, episodes):
+    assert {"lines", "dots", "spanner", "screwdriver", "banana"} <= {entry.kind for entry in default.objects}
+    forces = [episode.force_n for episode in episodes if episode.force_n is not None]
+    assert 0.1 <= min(forces) < 0.3
+    assert 5.7 < max(forces) <= default.design.limits.force_n
+
+
+def test_places_are_drawn_inside_of_the_picture_unless_that_is_switched_off():
+    wide = {"kind": "touch", "depth_mm": 0.5, "y_mm": {"low": -7.0, "high": 7.0}, "x_mm": {"choices": [-9.0, 0.0, 1.0]}}
+    seen = recipe_with(paths=[wide], episodes=32)  # 24 x 32 pixels of 10 mm along x: 13 mm along y
+    places = np.array([[each.values["path.x_mm"], each.values["path.y_mm"]] for each in draw_episodes(seen)])
+    assert 5.5 < np.abs(places[:, 1]).max() <= 6.7
+    assert set(places[:, 0]) == {0.0, 1.0}
+    free = recipe_with(paths=[wide], episodes=32, inside=False)
+    assert max(abs(each.values["path.y_mm"]) for each in draw_episodes(free)) > 6.7
+    told = estimate(free, draw_episodes(free), processes=1).view
+    assert "the picture covers" in told
+    assert "of the touches are outside of it" in told
+    assert not estimate(load_recipe("default"), draw_episodes(load_recipe("default")), processes=1).view
+    with pytest.raises(
+        ConfigError, match=r"paths\.0\.y_mm is not allowed: all of it is outside of the picture.*inside = fal"
+    ):
+        draw_episodes(recipe_with(paths=[wide | {"y_mm": {"low": 20.0, "high": 21.0}}]))
+
+
+def test_units_that_differ_in_nothing_are_one():
+    def keys(**changes: object) -> set[str]:
+        recipe = recipe_with(**changes)
+        units = [untouched_key(each.design, each.rig, recipe.render) for each in draw_sensors(recipe, 5)]
+        assert differing_units(recipe, 5) == len(set(units))
+        return set(units)
+
+    assert len(keys(tolerances={})) == 1
+    assert len(keys(tolerances={"skin_mm": 0.05})) == 1  # all alike
+    assert len(keys(tolerances={"skin_mm": {"mean": 0.0, "sd": 0.02}})) == 5
+    assert len(keys(tolerances={"flakes_per_mm3": 0.25})) == 5
+    assert len(keys(tolerances={}, rooms=[{"room": "office", "ambient": {"low": 0.05, "high": 0.2}}])) == 5

@@ -1,0 +1,41 @@
+from dataclasses import replace
+
+import pytest
+
+from dataset.fakes import small_recipe
+from magicsim.dataset import pressed
+from magicsim.dataset.pressed import at_force
+from magicsim.dataset.recipes.draw import DrawnEpisode, draw_episodes
+from magicsim.deform.indentation.force import Reached
+from magicsim.errors import ConfigError
+
+
+@pytest.fixture
+def episode() -> DrawnEpisode:
+    path = (
+        "paths=[{kind='touch',force_n=4.0,shear_frames=1,twist_frames=0,hold_frames=0,press_frames=2,release_frames=1}]"
+    )
+    return draw_episodes(small_recipe(path))[0]
+
+
+def answer(monkeypatch: pytest.MonkeyPatch, depth_mm: float, force_n: float) -> None:
+    reached = Reached(depth_mm=depth_mm, force_n=force_n, is_met=force_n == 4.0, power=1.5, solves=3)
+    monkeypatch.setattr(pressed, "press_to_force", lambda *_, **__: reached)
+
+
+def test_keyframes_press_as_deep_as_the_force_does(episode: DrawnEpisode, monkeypatch: pytest.MonkeyPatch):
+    answer(monkeypatch, 0.75, 4.0)
+    found = at_force(episode).scene.keyframes
+    assert [each.gap_mm for each in found] == [10.0, 0.1, -0.75, -0.75, 10.0]
+    assert [each.frame for each in found] == [each.frame for each in episode.scene.keyframes]
+    plain = replace(episode, force_n=None)
+    assert at_force(plain) is plain
+
+
+def test_force_that_an_object_does_not_reach_is_one_line(episode: DrawnEpisode, monkeypatch: pytest.MonkeyPatch):
+    answer(monkeypatch, 2.5, 3.1)
+    with pytest.raises(
+        ConfigError, match=r"force_n = 4 is not reached: 'sphere' presses with 3.1 N at the depth limit of 2.5 mm"
+    ):
+        at_force(episode)
+    assert at_force(replace(episode, must_reach=False)).scene.keyframes[2].gap_mm == -2.5

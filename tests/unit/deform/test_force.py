@@ -1,0 +1,39 @@
+import pytest
+
+from magicsim import load_design, load_object, press
+from magicsim.deform.indentation.force import FORCE_SHARE, MOST_SOLVES, find_depth, press_to_force
+
+
+@pytest.mark.parametrize("force_n", [0.1, 1.0, 6.0])
+@pytest.mark.parametrize(
+    "law", [lambda d: 2.5 * d**1.5, lambda d: 10.0 * d, lambda d: 3.0 * d + 1.5 * d**3, lambda d: max(0.0, 4 * d - 0.5)]
+)
+def test_depth_at_a_force_is_found_on_few_places(law, force_n: float):
+    found = find_depth(law, force_n, deepest_mm=2.5)
+    assert found.is_met
+    assert law(found.depth_mm) == pytest.approx(force_n, rel=FORCE_SHARE)
+    assert found.force_n == law(found.depth_mm)
+    assert found.solves <= (7 if law(0.1) > 0 else MOST_SOLVES)  # an object that touches late takes longer
+
+
+def test_force_that_is_not_reached_ends_at_the_deepest_place():
+    found = find_depth(lambda depth: depth, 6.0, deepest_mm=2.5)
+    assert (found.is_met, found.depth_mm, found.force_n) == (False, 2.5, 2.5)
+
+
+def test_force_that_jumps_past_what_is_asked_ends_below_the_jump():
+    found = find_depth(lambda depth: 1.0 if depth < 1 else 5.0, 3.0, deepest_mm=2.5)
+    assert not found.is_met
+    assert (found.force_n, found.solves) == (1.0, MOST_SOLVES)
+    assert found.depth_mm < 1
+
+
+def test_press_ends_at_the_force_that_a_press_to_its_depth_has():
+    design = load_design("uniform-block", ["footprint_mm=[12,12]", "lattice.spacing_mm=1.5", "limits.force_n=1"])
+    ball = load_object("sphere:radius_mm=3")
+    found = press_to_force(design, ball, 0.8, deepest_mm=2.0)
+    assert found.is_met
+    own = press(design, ball, depth_mm=found.depth_mm).force_n[2]
+    assert own == pytest.approx(0.8, rel=0.05)  # of another lattice, for a depth that is nearly the same
+    assert own == pytest.approx(found.force_n, rel=0.03)
+    assert found.solves <= 8
