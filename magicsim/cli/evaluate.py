@@ -26,6 +26,7 @@ REGRESSED, UNJUDGED = 1, 3
 def detect(
     source: Path, *,
     reference: Annotated[Path | None, Parameter(help="Frames of the untouched sensor.")] = None,
+    touches: Annotated[Path | None, Parameter(help="Frames of the sensor's own first touches.")] = None,
     profile: str = "calibrated", frames: int | None = None, grasp: bool = False,
     seed: Seed = None, settings: Settings = None, json: Json = False,
 ) -> None:  # fmt: skip
@@ -33,12 +34,15 @@ def detect(
 
     A run of `simulate`, a dataset and a recording with a truth.csv bring their own references.
     --frames judges so many frames at most; a camera runs until it is interrupted without it. --grasp runs the grasp
-    state machine over the frames and adds its `stage` and `slip` to each.
+    state machine over the frames and adds its `stage` and `slip` to each. --touches sets the threshold of a profile in
+    units of rest, such as rest-relative, by the sensor's own first one to three touches.
     """
     from magicsim.detectors.offline import write_verdicts
     from magicsim.detectors.video import quiet_opencv
 
     refuse_settings(settings, "detect", "; write a profile file and name it with --profile")
+    if touches is not None and reference is None:
+        raise ConfigError("--touches is not allowed without --reference: name the untouched sensor's frames too")
     if reference is None:
         from magicsim.evaluation.existing import is_existing, write_existing_verdicts
 
@@ -48,7 +52,9 @@ def detect(
         write_existing_verdicts(sys.stdout, source, profile, frames=frames, grasp=grasp, as_json=json)
         return
     with quiet_opencv():  # a broken image is reported once, by us
-        write_verdicts(sys.stdout, source, reference, profile, frames=frames, grasp=grasp, as_json=json)
+        write_verdicts(
+            sys.stdout, source, reference, profile, frames=frames, touches=touches, grasp=grasp, as_json=json
+        )
 
 
 @app.command

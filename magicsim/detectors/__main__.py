@@ -32,7 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with quiet_opencv():  # a broken image is reported once, by us
             write_verdicts(
                 sys.stdout, options.source, options.reference, options.profile, frames=options.frames,
-                grasp=options.grasp, as_json=options.json,
+                touches=options.touches, grasp=options.grasp, as_json=options.json,
             )  # fmt: skip
     except (MagicsimError, OSError) as error:  # or a name that is too long, a folder that may not be read
         sys.stderr.write(f"error: {error if isinstance(error, MagicsimError) else one_line(str(error))}\n")
@@ -50,6 +50,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("source", metavar="SOURCE", help="image, folder of images, video or camera index to judge")
     parser.add_argument(
         "--reference", metavar="SOURCE", required=True, help="the untouched sensor, from the same kinds of source"
+    )
+    parser.add_argument(
+        "--touches", metavar="SOURCE", help="the sensor's own first touches, for a profile in units of rest"
     )
     parser.add_argument("--profile", metavar="NAME", default="published", help="profile name or TOML file")
     parser.add_argument("--frames", metavar="N", type=int, help="judge at most N frames; a camera never ends")

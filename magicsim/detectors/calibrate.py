@@ -126,6 +126,8 @@ def fit_profile(
         ConfigError: A class without frames, no candidates, or no candidate whose references show a grid.
         FrameError: A frame cannot be used.
     """
+    if base.units == "rest":
+        raise ConfigError("units = 'rest' is not allowed in the base of a fit; must be 'fixed'")
     tried, entropy_sd = candidates or Candidates(), margin_sd if entropy_margin_sd is None else entropy_margin_sd
     classes = scored_classes(episodes)
     missing = [str(each) for each in FrameClass if each not in classes]

@@ -13,9 +13,9 @@ import numpy.typing as npt
 
 from magicsim.detectors.contact import decide_contact, grid_areas, grid_similarity
 from magicsim.detectors.frame import Frame, check_frame
-from magicsim.detectors.fusion import References, fuse
 from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.proximity import brightening_correlation, brightening_entropy, decide_proximity, filter_channels
+from magicsim.detectors.rest import References, fuse
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
 from magicsim.errors import ConfigError
 
@@ -36,6 +36,11 @@ def detect(
         ConfigError: The references were fused with other options than the profile's.
     """
     _check_match(references, profile)
+    rest = references.rest
+    if rest is not None:
+        image = check_frame(frame, shape=rest.shape)
+        told = rest.relative(rest.features(rest.matched(image), references, profile), profile)
+        return judge(entropy=told[0], correlation=told[1], similarity=told[2], profile=profile, source=source)
     image = check_frame(frame, shape=references.background.ceiling.shape)
     filtered = filter_channels(image, references.background)
     return judge(
@@ -52,14 +57,23 @@ def detect(
 def detect_stream(
     frames: Iterable[npt.ArrayLike], references: References, profile: DetectorProfile
 ) -> Iterator[Verdict]:
-    """Judge frames as they arrive; raises what `detect` raises, at the frame that is wrong."""
+    """Judge frames as they arrive, units of rest following; raises what `detect` raises, at the frame that is wrong."""
     for frame in frames:
-        yield detect(frame, references, profile)
+        verdict = detect(frame, references, profile)
+        yield verdict
+        references = followed(references, verdict, profile)
 
 
 def detect_all(frames: Iterable[npt.ArrayLike], references: References, profile: DetectorProfile) -> list[Verdict]:
-    """Judge a batch of frames; the same as a loop over `detect`."""
+    """Judge a batch of frames in their order; the same as a loop over `detect` where thresholds are fixed."""
     return list(detect_stream(frames, references, profile))
+
+
+def followed(references: References, verdict: Verdict, profile: DetectorProfile) -> References:
+    """References for the next frame: units of rest follow slow drift, fixed thresholds stay."""
+    if references.rest is None:
+        return references
+    return replace(references, rest=references.rest.followed(verdict, profile))
 
 
 def judge(
@@ -113,9 +127,11 @@ def logistic(distance: float) -> float:
 
 def _check_match(references: References, profile: DetectorProfile) -> None:
     """Refuse references that were fused with other options than the profile's."""
-    grid, background = references.grid, references.background
+    grid, background, units = references.grid, references.background, "fixed" if references.rest is None else "rest"
+    tau_b = profile.tau_b if units == "fixed" else grid.tau_b
     for name, fused, wanted in (
-        ("tau_b", grid.tau_b, profile.tau_b),
+        ("units", units, profile.units),
+        ("tau_b", grid.tau_b, tau_b),
         ("polarity", grid.polarity, profile.polarity),
         ("grid_blur_px", grid.blur_px, profile.grid_blur_px),
         ("grid_blur_sigma_px", grid.blur_sigma_px, profile.grid_blur_sigma_px),
@@ -164,7 +180,9 @@ def step_stream(
         ConfigError: The references were fused with other options than the profile's.
     """
     if state.references is not None:
-        return state, detect(frame, state.references, profile, source=source)
+        verdict = detect(frame, state.references, profile, source=source)
+        references = followed(state.references, verdict, profile)
+        return state if references is state.references else StreamState(references=references), verdict
     shape = state.waiting[0].shape if state.waiting else None
     waiting = (*state.waiting, check_frame(frame, shape=shape).copy())
     if len(waiting) < profile.reference_count:

@@ -4,16 +4,16 @@ Published as the first algorithm of the MagicGripper (Fan, Li, Zhang, arXiv 2505
 M = 3 background references and tau_B = 35.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import islice, pairwise
+from itertools import pairwise
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.detectors.frame import Frame, check_frame
-from magicsim.detectors.profile import DetectorProfile, GridKind, Polarity
+from magicsim.detectors.frame import Frame
+from magicsim.detectors.profile import GridKind, Polarity
 from magicsim.errors import FrameError
 
 FULL = 255
@@ -96,41 +96,6 @@ class BackgroundReference:
     ceiling: Frame
     """Largest of the M images at every pixel and channel, shape (rows, columns, 3)."""
     blur_px: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class References:
-    """All that the detectors remember of the untouched sensor."""
-
-    background: BackgroundReference
-    grid: GridReference
-
-
-def fuse(frames: Iterable[Frame], profile: DetectorProfile) -> References:
-    """Build the references from frames of the untouched sensor, in their order in time.
-
-    Takes the first `profile.reference_count` frames. Fewer are accepted as long as each background
-    reference gets a frame; `References.grid.frames` tells how many there were.
-
-    Raises:
-        FrameError: Fewer frames than background references, a frame that is not an image, frames of
-            different sizes, or no grid in any channel.
-    """
-    taken = list(islice(frames, profile.reference_count))
-    if len(taken) < profile.background_count:
-        raise FrameError(
-            f"{len(taken)} reference frame(s) are too few; must be at least background_count = "
-            f"{profile.background_count}, better reference_count = {profile.reference_count}"
-        )
-    first = check_frame(taken[0])
-    checked = [check_frame(frame, shape=first.shape) for frame in taken]
-    return References(
-        background=fuse_background(checked, count=profile.background_count, blur_px=profile.difference_blur_px),
-        grid=fuse_grid(
-            checked, tau_b=profile.tau_b, polarity=profile.polarity, blur_px=profile.grid_blur_px,
-            blur_sigma_px=profile.grid_blur_sigma_px, kind=profile.grid_reference, surround_px=profile.surround_px,
-        ),
-    )  # fmt: skip
 
 
 def fuse_background(frames: Sequence[Frame], *, count: int, blur_px: int = 0) -> BackgroundReference:

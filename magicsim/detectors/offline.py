@@ -11,12 +11,12 @@ from typing import TextIO
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.detectors.combined import detect, detect_all
+from magicsim.detectors.combined import detect, detect_all, followed
 from magicsim.detectors.frame import Frame, check_frame
-from magicsim.detectors.fusion import References, fuse
 from magicsim.detectors.grasp import GraspStage, GraspState, step_grasp
 from magicsim.detectors.orientation import turned_against
 from magicsim.detectors.profile import DetectorProfile, load_profile
+from magicsim.detectors.rest import References, fuse, with_touches
 from magicsim.detectors.source import SourceFrame, read_source, source_kind
 from magicsim.detectors.verdict import (
     NUMBERS,
@@ -36,6 +36,8 @@ MOST_RATIO = 1.1
 """Brightness of one channel over that of the others that is told."""
 MOST_DRIFT = 0.03
 """Difference of a reference's brightness from the usual one that is told."""
+MOST_TOUCHES = 255
+"""Frames of touches that are read at most."""
 LEAST_MEAN = 10.0
 """Mean grey level below which a frame is black."""
 
@@ -46,6 +48,7 @@ def detect_sources(
     profile: str | Path | DetectorProfile = "published",
     *,
     frames: int | None = None,
+    touches: str | Path | None = None,
     told: Told = on_stderr,
 ) -> list[Verdict]:
     """Judge every frame of a source.
@@ -57,6 +60,7 @@ def detect_sources(
         reference: The same, of the untouched sensor; its first `reference_count` frames are taken.
         profile: Shipped name, path of a TOML file, or a profile itself.
         frames: Most frames to judge; needed for a camera, which never ends.
+        touches: The sensor's own first one to three touches, for a profile with `units = "rest"`.
         told: Hears what takes longer than two seconds.
 
     Returns:
@@ -70,7 +74,7 @@ def detect_sources(
     if frames is None and source_kind(source) == "camera":
         raise ConfigError(f"frames is missing: camera {source} never ends; give the number of frames to judge")
     with waiting("judging frames", told):
-        return list(stream_sources(source, reference, profile, frames=frames))
+        return list(stream_sources(source, reference, profile, frames=frames, touches=touches))
 
 
 def stream_sources(
@@ -79,6 +83,7 @@ def stream_sources(
     profile: str | Path | DetectorProfile = "published",
     *,
     frames: int | None = None,
+    touches: str | Path | None = None,
 ) -> Iterator[Verdict]:
     """Judge a source like `detect_sources`, one verdict at a time: a camera for as long as it runs."""
     if frames is not None and frames < 1:
@@ -86,11 +91,15 @@ def stream_sources(
     chosen = profile if isinstance(profile, DetectorProfile) else load_profile(profile)
     with closing(read_source(source)) as judged:
         references, resting = fuse_source(reference, chosen)
+        if touches is not None:
+            with closing(_reference_images(touches)) as images:
+                references = with_touches(references, list(islice(images, MOST_TOUCHES)), chosen)
         for number, each in enumerate(islice(judged, frames)):
             with _naming(each):
                 verdict = detect(each.image, references, chosen, source=each.name)
             if number == 0 and (turned := turned_against(references.background.ceiling, [each.image])):
                 _LOG.warning("%s", turned)
+            references = followed(references, verdict, chosen)
             yield marked(verdict, resting)
     if references.grid.frames < chosen.reference_count:
         _LOG.warning("%d reference frames instead of %d", references.grid.frames, chosen.reference_count)
@@ -208,6 +217,7 @@ def write_verdicts(
     profile: str | Path | DetectorProfile,
     *,
     frames: int | None = None,
+    touches: str | Path | None = None,
     grasp: bool = False,
     as_json: bool = False,
 ) -> None:
@@ -216,7 +226,7 @@ def write_verdicts(
     if endless and as_json:
         raise ConfigError(f"frames is missing: camera {source} never ends, so JSON needs the number of frames to judge")
     chosen = profile if isinstance(profile, DetectorProfile) else load_profile(profile)
-    judged = rows(stream_sources(source, reference, chosen, frames=frames), chosen, grasp=grasp)
+    judged = rows(stream_sources(source, reference, chosen, frames=frames, touches=touches), chosen, grasp=grasp)
     if not endless:
         whole = list(judged)
         out.write(json_text(whole) if as_json else "".join(table_lines(whole, grasp=grasp)))

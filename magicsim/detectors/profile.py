@@ -73,6 +73,8 @@ Grey = Literal["luma", "mean"]
 """How three channels become one grey level: 0.299 R + 0.587 G + 0.114 B, or (R + G + B) / 3."""
 Rounding = Literal["nearest", "down"]
 """How a grey level becomes 8 bit: to the nearest level (halves up), or cut off."""
+Units = Literal["fixed", "rest"]
+"""What thresholds mean: numbers for every sensor, or of the sensor at hand at rest (`magicsim.detectors.rest`)."""
 ConstantChannel = Literal["zero", "skip"]
 """What a pair with a constant channel, which has no correlation, adds to the mean: 0, or nothing at all."""
 
@@ -127,6 +129,14 @@ class DetectorProfile:
     constant_channel: ConstantChannel = option(
         "zero", "What a pair with a constant channel adds to C; assumed.", choices=get_args(ConstantChannel)
     )
+    # Not published: E, C and S at rest differ from sensor to sensor by more than a touch changes them.
+    units: Units = option(
+        "fixed",
+        "Whether thresholds are fixed numbers, as published, or in units of the untouched sensor: tau_e in bits above "
+        "E at rest, tau_c as a share of the way from the untouched picture's likeness to 1, tau_g as a share of S at "
+        "rest, and tau_b as the per cent of its pixels that are the grid.",
+        choices=get_args(Units),
+    )
     entropy_width: float = option(0.25, "Logistic width of the entropy's probability [bit]; assumed.", 1e-6, 8.0)
     correlation_width: float = option(0.05, "Logistic width of the correlation's probability; assumed.", 1e-6, 2.0)
     similarity_width: float = option(0.05, "Logistic width of the similarity's probability; assumed.", 1e-6, 1.0)
@@ -162,6 +172,11 @@ class DetectorProfile:
                 raise ConfigError(f"{each.name} = {given} is not allowed; must be {limits.allowed(kind)}")
             if kind is float:
                 object.__setattr__(self, each.name, float(value))
+        if self.units == "rest" and (self.tau_b > 100 or self.surround_px):  # noqa: PLR2004
+            raise ConfigError(
+                f"tau_b = {self.tau_b} with surround_px = {self.surround_px} is not allowed with units = 'rest'; must "
+                "be a whole number in 0..100, per cent of the pixels, with surround_px = 0"
+            )
         if self.reference_count < self.background_count:
             raise ConfigError(
                 f"reference_count = {self.reference_count} must be at least background_count = {self.background_count}"

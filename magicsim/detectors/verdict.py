@@ -37,7 +37,7 @@ WORDS = ("proximity", "contact", "combined")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """Features, probabilities and verdicts of one frame."""
+    """Features, probabilities and verdicts of one frame; E, C and S in units of rest where the profile says so."""
 
     entropy: float
     """Shannon entropy E of the brightening [bit], 0..8."""

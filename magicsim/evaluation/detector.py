@@ -13,9 +13,9 @@ from typing import Protocol, TypeVar, runtime_checkable
 
 from magicsim.arrays import Frame
 from magicsim.config.presets import expanded, is_file, preset_names
-from magicsim.detectors.combined import behind_coat, detect
-from magicsim.detectors.fusion import References, fuse
+from magicsim.detectors.combined import behind_coat, detect, followed
 from magicsim.detectors.profile import DetectorProfile, load_profile
+from magicsim.detectors.rest import References, fuse
 from magicsim.detectors.verdict import FEATURES
 from magicsim.errors import ConfigError, MagicsimError, unknown_choice
 
@@ -74,6 +74,7 @@ class ProfileDetector:
         if self._references is None:
             raise ConfigError("step before fit: a detector needs its references first")
         verdict = detect(frame, self._references, self.profile)
+        self._references = followed(self._references, verdict, self.profile)
         if self.is_coated:
             verdict = behind_coat(verdict)
         return Detection(

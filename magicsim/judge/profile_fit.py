@@ -14,9 +14,9 @@ from magicsim.config.models import apply_overrides
 from magicsim.detectors.calibrate import Candidates, fit_profile
 from magicsim.detectors.combined import detect_all
 from magicsim.detectors.features import Episode, scored_classes
-from magicsim.detectors.fusion import fuse
 from magicsim.detectors.offline import said_of, told_of_references
 from magicsim.detectors.profile import DetectorProfile, load_profile, save_profile
+from magicsim.detectors.rest import fuse
 from magicsim.detectors.thresholds import fit_widths
 from magicsim.detectors.verdict import Proximity, Verdict
 from magicsim.errors import ConfigError, FrameError, OutputError, unknown_choice

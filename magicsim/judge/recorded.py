@@ -32,8 +32,8 @@ from magicsim.config.presets import is_file
 from magicsim.config.tables import Line, read_table
 from magicsim.detectors.features import Episode
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.order import by_number, is_numbered
 from magicsim.detectors.picture import once, read_image
+from magicsim.detectors.source import by_number, is_numbered
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.frame_class import LIGHT_TOUCH, NEAR_MIN_MM, FrameClass, scored_class
 from magicsim.judge.plausible import FELT_N, force_size, odd_labels

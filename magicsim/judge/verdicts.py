@@ -16,8 +16,8 @@ import pyarrow.parquet as pq
 
 from magicsim.arrays import Frame
 from magicsim.detectors.combined import behind_coat, detect, detect_all
-from magicsim.detectors.fusion import References, fuse
 from magicsim.detectors.profile import DetectorProfile, load_profile
+from magicsim.detectors.rest import References, fuse
 from magicsim.detectors.verdict import NUMBERS, WORDS, FeatureAtRest, Verdict, features_at_rest, marked
 from magicsim.errors import ConfigError, MagicsimError
 from magicsim.judge.score import DetectionScore, score_verdicts

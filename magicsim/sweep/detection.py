@@ -18,8 +18,8 @@ from magicsim.detectors.calibrate import Candidates, fit_profile
 from magicsim.detectors.combined import detect_all
 from magicsim.detectors.features import Episode
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.fusion import References, fuse
 from magicsim.detectors.profile import DetectorProfile, load_profile
+from magicsim.detectors.rest import References, fuse
 from magicsim.detectors.verdict import Contact, Verdict
 from magicsim.frame_class import NEAR_MAX_MM, FrameClass
 from magicsim.judge.curves import roc_curve

@@ -13,7 +13,7 @@ from magicsim.dataset.real.heading_units import told_of_units
 from magicsim.dataset.real.labels import CONTACT_LABELS, Row, is_empty, size_of_force
 from magicsim.dataset.real.sequence import RecordedSequence, check_size, sequences_of
 from magicsim.detectors.offline import said_of, told_of_references
-from magicsim.detectors.order import listed_images
+from magicsim.detectors.source import listed_images
 from magicsim.errors import ConfigError
 from magicsim.frame_class import FrameClass
 from magicsim.judge.plausible import odd_labels

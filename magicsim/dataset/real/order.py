@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from magicsim.dataset.real.labels import Row
-from magicsim.detectors.order import by_number, is_numbered
+from magicsim.detectors.source import by_number, is_numbered
 from magicsim.detectors.video import Remark
 from magicsim.errors import ConfigError
 

@@ -27,9 +27,8 @@ from magicsim.dataset.real.labels import (
 )
 from magicsim.dataset.real.order import Entry, in_order
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.order import image_files, image_path
 from magicsim.detectors.picture import IMAGE_SUFFIXES, read_image
-from magicsim.detectors.source import Shot, open_source, read_source
+from magicsim.detectors.source import Shot, image_files, image_path, open_source, read_source
 from magicsim.detectors.video import VIDEO_SUFFIXES
 from magicsim.errors import ConfigError, FrameError
 from magicsim.frame_class import NEAR_MIN_MM, FrameClass

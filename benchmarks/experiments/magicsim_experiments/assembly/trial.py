@@ -13,8 +13,8 @@ from manifold3d import Manifold
 
 from magicsim.arrays import Frame
 from magicsim.detectors.combined import detect
-from magicsim.detectors.fusion import References, fuse
 from magicsim.detectors.profile import DetectorProfile, load_profile
+from magicsim.detectors.rest import References, fuse
 from magicsim.errors import ConfigError
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.objects.plain import PlugObject

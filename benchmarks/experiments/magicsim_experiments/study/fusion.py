@@ -12,8 +12,8 @@ from pydantic import Field
 from magicsim.config.models import Config, validate
 from magicsim.detectors.combined import detect_all
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.fusion import fuse
 from magicsim.detectors.profile import DetectorProfile, load_profile
+from magicsim.detectors.rest import fuse
 from magicsim.errors import ConfigError
 from magicsim.judge.curves import roc_curve
 from magicsim.scenes.scene import SceneConfig

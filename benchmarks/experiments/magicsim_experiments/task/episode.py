@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from magicsim.arrays import Frame
 from magicsim.detectors.combined import detect
-from magicsim.detectors.fusion import fuse
 from magicsim.detectors.grasp import GraspStage, GraspState, step_grasp
 from magicsim.detectors.profile import DetectorProfile
+from magicsim.detectors.rest import fuse
 from magicsim.detectors.verdict import Verdict
 from magicsim.errors import MagicsimError
 from magicsim_experiments.task.carriage import Command

@@ -1,0 +1,1 @@
+"""Simulated takes of all types of sensors, from which the units of `rest-relative` are fitted and judged."""
