@@ -240,10 +240,10 @@ def with_touches(references: References, touches: Sequence[Frame], profile: Dete
         raise ConfigError("touches hold no frame; must be frames of the touched sensor, of one to three touches")
     found = [rest.features(rest.matched(check_frame(each, shape=rest.shape)), references, profile) for each in touches]
     _, correlation, similarity = np.median(found, axis=0).tolist()
-    least = rest.similarity - REPEATABILITY_SD * rest.similarity_sd / TOUCH_SHARE
-    if similarity >= least:
+    fall = max(TOUCH_SHARE * (1 - profile.tau_g) * rest.similarity, REPEATABILITY_SD * rest.similarity_sd / TOUCH_SHARE)
+    if similarity >= (most := rest.similarity - fall):
         raise ConfigError(
-            f"touches do not lower S: {similarity:.4f} beside {rest.similarity:.4f} at rest; must be below {least:.4f} "
+            f"touches do not lower S: {similarity:.4f} beside {rest.similarity:.4f} at rest; must be below {most:.4f} "
             "in frames of firm touches alone"
         )
     is_alike = rest.relative((0.0, correlation, 1.0), profile)[1] >= profile.tau_c

@@ -119,6 +119,8 @@ def test_refusals_name_what_is_wrong(rest, tmp_path):
     frames = [shot(picture, random) for _ in range(4)]
     with pytest.raises(ConfigError, match="touches do not lower S"):
         with_touches(references, frames, PROFILE)
+    with pytest.raises(ConfigError, match=r"must be below 0\.99\d+ in frames of firm touches alone"):
+        with_touches(references, frames, PROFILE)
     with pytest.raises(ConfigError, match="touches hold no frame"):
         with_touches(references, [], PROFILE)
     published = load_profile("published")
