@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -16,12 +16,13 @@ from magicsim.dataset.assembly import Assembly
 from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.manifest import CALIBRATION, CARD, CONFIG, FOLDER, SENSORS, Manifest
+from magicsim.dataset.pressed import at_force
 from magicsim.dataset.recipes.draw import Drawn, DrawnEpisode, draw_episodes, draw_sensors, sensor_of
 from magicsim.dataset.recipes.estimate import Cost, estimate
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.rows import SampleTask, nominal_calibration, sensors_table, simulate_sample
 from magicsim.dataset.shard import Column, schema_of_columns
-from magicsim.errors import MagicsimError, OutputError
+from magicsim.errors import ConvergenceError, MagicsimError, OutputError
 from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.target import output_errors, sole_writer
 from magicsim.light.variant import activate_variant
@@ -133,9 +134,10 @@ def _generated(
     check_codec(recipe.rig.camera.compression)
     episodes = draw_episodes(recipe)
     checked = iter(range(min(len(episodes), CHECKED)))
-    for number in islice(checked, CHECKED_FIRST):
-        episodes[number]
+    first = [episodes[number] for number in islice(checked, CHECKED_FIRST)]
     FOLDER.check(out, resume=resume)
+    if FOLDER.begun(out) is None:
+        _check_forces(first)
     with output_errors(out, then=RESUMABLE), sole_writer(out):
         out.mkdir(parents=True, exist_ok=True)
         is_new = FOLDER.begun(out) is None
@@ -191,6 +193,23 @@ def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> As
         ledger.place(name, content)
     files = {name: ledger.listed(name).sha256 for name in contents}
     return Assembly(ledger, recipe, manifest.model_copy(update={"files": files}), schema_of_columns(columns))
+
+
+def _check_forces(episodes: Iterable[DrawnEpisode]) -> None:
+    """Refuses forces that an object does not reach: the largest that each kind was drawn with is pressed.
+
+    Raises:
+        ConfigError: One is not reached before the depth limit.
+    """
+    hardest: dict[str, DrawnEpisode] = {}
+    for each in episodes:
+        if each.must_reach and each.force_n is not None and each.scene.object is not None:
+            known = hardest.get(each.scene.object.kind)
+            if known is None or each.force_n > (known.force_n or 0.0):
+                hardest[each.scene.object.kind] = each
+    for each in hardest.values():
+        with suppress(ConvergenceError):  # is told of that episode when its turn comes
+            at_force(each)
 
 
 def _another(recipe: Recipe, out: Path) -> str:

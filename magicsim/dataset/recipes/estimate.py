@@ -20,7 +20,7 @@ CAMERA_S, PARTICLE_S, SOLVE_S, MOVE_S, EPISODE_S, START_S = 2.2e-6, 7e-6, 1.0, 0
 start with its compilation; of the default design on one x86-64 core."""
 LOOK_S, RECORD_S = 3e-6, 4e-6
 """Core seconds of a pixel that is seen by recorded paths, and of a camera sample that is recorded."""
-FORCE_SOLVES, WRITE_S = 4, 0.03
+FORCE_SOLVES, WRITE_S = 4, 0.004
 """Equilibria on the way to a force, and core seconds of a row that is encoded and written."""
 COVERED = 0.93
 """Share of the face's sides from which a picture counts as one of the whole face."""

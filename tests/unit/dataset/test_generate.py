@@ -16,9 +16,11 @@ import pytest
 from magicsim.config.program import versions
 from magicsim.dataset.generate import generate_dataset
 from magicsim.dataset.manifest import MANIFEST, read_manifest
+from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.verify import verify_dataset
-from magicsim.errors import OutputError
+from magicsim.deform.indentation.force import Reached
+from magicsim.errors import ConfigError, OutputError
 from magicsim.folder.ledger import Ledger
 from magicsim.folder.listing import sealed
 from magicsim.workers.attempt import WorkerOptions
@@ -353,3 +355,26 @@ def test_dataset_of_other_or_of_unknown_sources_does_not_go_on(tmp_path: Path, m
     (out / MANIFEST).write_bytes(sealed(manifest))
     with pytest.raises(OutputError, match="was begun with unknown code"):
         generate_dataset(small_recipe("episodes=12"), out, options=ONE, simulator=FAKE, resume=True)
+
+
+def test_force_that_an_object_does_not_reach_is_one_line_before_anything_is_written(
+    in_process: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    reached = Reached(depth_mm=2.5, force_n=3.1, is_met=False, power=1.5, solves=3)
+    asked: list[float] = []
+
+    def press(design, target, force_n, **_):
+        asked.append(force_n)
+        return reached
+
+    monkeypatch.setattr("magicsim.dataset.pressed.press_to_force", press)
+    force = "force_n={low=4.0,high=6.0}"
+    options = {"options": WorkerOptions(workers=1), "simulator": FAKE}
+    with pytest.raises(
+        ConfigError, match=r"^force_n = .* is not reached: 'sphere' presses with 3.1 N at the depth lim"
+    ):
+        generate_dataset(small_recipe(f"paths=[{{kind='touch',{force}}}]"), tmp_path / "set", **options)
+    assert not (tmp_path / "set").exists()
+    drawn = [each.force_n for each in draw_episodes(small_recipe(f"paths=[{{kind='touch',{force}}}]"))]
+    assert asked == [max(drawn)]  # of the one kind of object
+    generate_dataset(small_recipe(f"paths=[{{kind='touch',{force},depth_mm=1.0}}]"), tmp_path / "set", **options)
