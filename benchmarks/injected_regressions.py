@@ -19,11 +19,12 @@ from laboratory.injected_faults import FAULTS
 
 from magicsim.detectors import load_profile
 from magicsim.evaluation.answers import judge_footage
-from magicsim.evaluation.baseline import load_baseline, paired, save_baseline
+from magicsim.evaluation.baseline import load_baseline, save_baseline
 from magicsim.evaluation.detector import MakeDetector, ProfileDetector
-from magicsim.evaluation.evaluate import condition_of, film_suite
+from magicsim.evaluation.evaluate import film_suite
+from magicsim.evaluation.provenance import set_beside
 from magicsim.evaluation.suite import SuiteConfig, load_suite
-from magicsim.judge.regression import Change, compare
+from magicsim.judge.regression import Change
 from magicsim.judge.tally import JudgedEpisode
 
 
@@ -34,8 +35,8 @@ def judge(suite: SuiteConfig, cache: Path, make: MakeDetector) -> list[JudgedEpi
 
 def changes_since(baseline: Path, episodes: Sequence[JudgedEpisode], *, seed: int) -> list[Change]:
     """All measures beside those of a baseline."""
-    pairs = paired(load_baseline(baseline), episodes)
-    return compare(pairs, [condition_of(now) for _, now in pairs], seed=seed, same_scale=True)
+    known = load_baseline(baseline)
+    return set_beside(known, episodes, suite=known.suite, detector=known.detector, seed=seed).changes
 
 
 def alarms(changes: Sequence[Change]) -> list[dict[str, Any]]:

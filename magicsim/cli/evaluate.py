@@ -1,7 +1,6 @@
 """The commands that judge: `detect` and `evaluate`."""
 
 import sys
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,8 +11,6 @@ from magicsim.errors import ConfigError
 from magicsim.folder.kept import TAKES
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from magicsim.evaluation.evaluate import Evaluation
     from magicsim.evaluation.footage import Footage
     from magicsim.evaluation.suite import SuiteConfig
@@ -63,10 +60,11 @@ def evaluate(
     detector: Annotated[str | None, Parameter(help="module:Class, file.py:Class or an entry point's name.")] = None,
     baseline: Annotated[Path | None, Parameter(help="What to compare with; the shipped one by default.")] = None,
     save_baseline: Annotated[Path | None, Parameter(help="Where to keep these verdicts as a baseline.")] = None,
-    quick: Annotated[bool, Parameter(negative="", help="Three minutes at most; says what it leaves out.")] = False,
+    quick: Annotated[bool, Parameter(negative="", help="A small part; of `small` it comes with the program.")] = False,
     allow_weak: Annotated[bool, Parameter(negative="", help="Too few takes for any verdict are no error.")] = False,
     on: Annotated[Path | None, Parameter(help="Judge frames that exist: a run, a dataset, or a recording.")] = None,
     out: Out = Path("magicsim-evaluate"),
+    junit: Annotated[Path | None, Parameter(help="Where to write the verdicts for a build server (XML).")] = None,
     cache: Annotated[Path, Parameter(help="Folder of rendered episodes.")] = TAKES,
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
@@ -78,10 +76,9 @@ def evaluate(
     --seed draws other camera noise of the same episodes, which needs no new rendering. --on renders nothing at all: a
     detector of your own is judged there in seconds.
     """
-    begun = time.perf_counter()
     from magicsim.evaluation import baseline as kept
     from magicsim.evaluation.detector import named_detector
-    from magicsim.evaluation.suite import load_suite
+    from magicsim.evaluation.suite import QUICK, SHIPPED, load_suite, refuse_settings_of_frames
     from magicsim.folder import check_file, check_target
 
     if detector is not None and profile != "calibrated":
@@ -89,35 +86,30 @@ def evaluate(
         raise ConfigError(msg)
     if quick and on is not None:
         raise ConfigError("--quick is not allowed with --on: frames that exist need no rendering")
+    is_shipped = quick and suite == SHIPPED
+    refuse_settings_of_frames(settings or [] if is_shipped else [])
     config = load_suite(suite, settings or [], seed=seed)
     make = named_detector(detector, profile=profile)
     make()  # what cannot be made is told before anything is rendered
-    is_whole = detector is None and not quick and on is None
-    file = baseline or (kept.default_baseline(suite, profile) if is_whole else None)
-    known = kept.load_baseline(file) if file is not None else None
     check_target(out)
-    if save_baseline is not None:
-        check_file(save_baseline)
+    for target in (save_baseline, junit):
+        if target is not None:
+            check_file(target)
+    name = str(on) if on is not None else QUICK if is_shipped else Path(suite).stem
+    if baseline is None and detector is None and on is None and quick is is_shipped:
+        baseline = kept.default_baseline(name, profile)
+        if save_baseline is not None and baseline == save_baseline.resolve():
+            baseline = None  # it is made anew, whatever it holds
+    known = kept.load_baseline(baseline) if baseline is not None else None
     from magicsim.cli.progress import show_progress
     from magicsim.evaluation.evaluate import evaluate_suite
+    from magicsim.evaluation.junit import write_junit
     from magicsim.evaluation.page import describe, write_results
 
-    name = Path(suite).stem if on is None else str(on)
-    left_out: list[str] = []
-    films: Iterable[list[Footage]] | None = None
-    if on is not None:
-        from magicsim.evaluation.existing import existing_footage
-
-        config, existing = existing_footage(on, config)
-        films = ([film] for film in existing)
-        make = named_detector(detector, profile=profile, is_coated=config.design.is_opaque)
-    elif quick:
-        from magicsim.evaluation.footage import quick_films, quick_suite
-
-        config, left_out = quick_suite(config)
-        films = quick_films(config, cache, left_out, begun=begun)
-    if on is None:
-        _foretell(config, cache, is_quick=quick)
+    config, films, left_out = _chosen(config, on=on, quick=quick, is_shipped=is_shipped)
+    if films is None:
+        _foretell(config, cache)
+    make = named_detector(detector, profile=profile, is_coated=config.design.is_opaque)
     with show_progress(f"evaluate {name}") as progress:
         found = evaluate_suite(
             config, make, name=name, detector=detector or profile, cache=cache, baseline=known, progress=progress,
@@ -126,12 +118,29 @@ def evaluate(
     report = write_results(found, config, out)
     if save_baseline is not None:
         kept.save_baseline(save_baseline, found.episodes, suite=name, detector=found.detector)
+    if junit is not None:
+        write_junit(found, junit)
     if json:
         print_result(found.as_dict() | {"report": str(report), "left_out": left_out}, as_json=True)
     else:
         told = [f"left out: {', '.join(left_out)}"] if left_out else []
         sys.stdout.write("\n".join([*describe(found), *told, f"report: {report}", ""]))
     _end(found, allow_weak=allow_weak)
+
+
+def _chosen(
+    suite: "SuiteConfig", *, on: Path | None, quick: bool, is_shipped: bool
+) -> tuple["SuiteConfig", "list[list[Footage]] | None", list[str]]:
+    """The suite to judge, footage of its takes where it exists, and what is left out."""
+    if on is not None:
+        from magicsim.evaluation.existing import existing_footage
+
+        suite, existing = existing_footage(on, suite)
+        return suite, [[film] for film in existing], []
+    from magicsim.evaluation.quick import quick_suite, shipped_films
+
+    suite, left_out = quick_suite(suite) if quick else (suite, [])
+    return suite, shipped_films(suite) if is_shipped else None, left_out
 
 
 def _end(found: "Evaluation", *, allow_weak: bool) -> None:
@@ -143,16 +152,15 @@ def _end(found: "Evaluation", *, allow_weak: bool) -> None:
         sys.exit(UNJUDGED)
 
 
-def _foretell(suite: "SuiteConfig", cache: Path, *, is_quick: bool) -> None:
+def _foretell(suite: "SuiteConfig", cache: Path) -> None:
     """Says on stderr how long the takes that are not kept will need."""
-    from magicsim.evaluation.footage import MOST_S, foretold_s
+    from magicsim.evaluation.footage import foretold_s
     from magicsim.workers.attempt import usable_cores
 
     cores = usable_cores()
     wanted, kept, seconds = foretold_s(suite, cache, cores)
     if wanted:
-        most = f", {MOST_S / 60:g} minutes at most" if is_quick else ""
         sys.stderr.write(
-            f"{wanted} takes to render, about {seconds / 60:.1f} minutes on {cores} cores (rough){most}; {kept} are "
-            f"kept in {cache}\n"
+            f"{wanted} takes to render, about {seconds / 60:.1f} minutes on {cores} cores (rough); {kept} are kept in "
+            f"{cache}\n"
         )

@@ -3,7 +3,9 @@
 import logging
 import math
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from hashlib import sha256
+from itertools import chain, islice
 from typing import Any
 
 import numpy as np
@@ -15,9 +17,11 @@ from magicsim.detectors.verdict import FEATURES, Contact, Proximity
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.evaluation.detector import Detection, Detector, MakeDetector, tried
 from magicsim.evaluation.footage import ExposedTake, Footage
-from magicsim.judge.tally import JudgedEpisode
+from magicsim.judge.tally import FramesSeen, JudgedEpisode
 
 _LOG = logging.getLogger(__name__)
+DIGITS = 16
+"""Hexadecimal digits by which frames are known again."""
 
 
 def fitted(make: MakeDetector, references: Iterable[Frame], *, who: str) -> Detector:
@@ -27,9 +31,58 @@ def fitted(make: MakeDetector, references: Iterable[Frame], *, who: str) -> Dete
     return detector
 
 
-def detection_of(detector: Detector, frame: Frame, *, who: str) -> Detection:
+def detection_of(detector: Detector, frame: Frame, *, who: str, which: str = "a frame") -> Detection:
     """A detector's answer to the next frame, checked."""
-    return check_detection(tried(lambda: detector.step(frame), f"detector '{who}': step raised"), who=who)
+    said = tried(lambda: detector.step(frame), f"detector '{who}': step raised")
+    if said is None:
+        raise ConfigError(f"detector '{who}': step returned no answer to {which}; must be one for every frame")
+    return check_detection(said, who=who)
+
+
+def answers_to(
+    frames: Iterable[Frame], references: Sequence[Frame], make: MakeDetector, take: str, *, who: str
+) -> tuple[list[Detection], list[float]]:
+    """Answers of a new detector to frames in order, and the time of each [s].
+
+    Raises:
+        ConfigError: It raises, an answer is missing or wrong, or it changes its references.
+    """
+    before = SeenFrames(references).seen.digest
+    detector = fitted(make, references, who=who)
+    said, spent = [], []
+    for number, frame in enumerate(frames):
+        start = time.perf_counter()
+        said.append(detection_of(detector, frame, who=who, which=f"frame {number} of {take}"))
+        spent.append(time.perf_counter() - start)
+    if SeenFrames(references).seen.digest != before:
+        raise ConfigError(f"detector '{who}' changes its references in {take}; must leave their pixels as they are")
+    return said, spent
+
+
+class SeenFrames:
+    """What becomes known of frames while they pass."""
+
+    def __init__(self, references: Iterable[Frame]) -> None:
+        """Begins with references."""
+        self._digest, self._levels = sha256(), list[float]()
+        for each in references:
+            self._add(each)
+
+    def passed(self, frames: Iterable[Frame]) -> Iterator[Frame]:
+        """The frames, each known once it has passed."""
+        for each in frames:
+            self._add(each)
+            self._levels.append(float(each.mean()))
+            yield each
+
+    @property
+    def seen(self) -> FramesSeen:
+        """All that has passed so far."""
+        return FramesSeen(digest=self._digest.hexdigest()[:DIGITS], levels=tuple(self._levels))
+
+    def _add(self, frame: Frame) -> None:
+        self._digest.update(str(frame.shape).encode())
+        self._digest.update(np.ascontiguousarray(frame).data)
 
 
 def check_detection(said: object, *, who: str) -> Detection:
@@ -66,18 +119,16 @@ def _number(value: object) -> float | None:
 
 def judge_footage(footage: Footage, make: MakeDetector, *, who: str) -> JudgedEpisode:
     """Runs a new detector over an episode."""
-    references = list(footage.images.references())
-    detector = fitted(make, references, who=who)
+    references, take = list(footage.images.references()), footage.tag.take
+    frames = footage.images.frames()
     if not isinstance(footage.images, ExposedTake):  # frames that exist, which may be anybody's
-        _ask_references(references, make, footage.tag.take, who=who)
-    said: list[Detection] = []
-    spent = []
-    for frame in footage.images.frames():
-        if not said and not isinstance(footage.images, ExposedTake):
-            warn_of_turned(references, frame, footage.tag.take)
-        start = time.perf_counter()
-        said.append(detection_of(detector, frame, who=who))
-        spent.append(time.perf_counter() - start)
+        _ask_references(references, make, take, who=who)
+        first = list(islice(frames, 1))
+        for each in first:
+            warn_of_turned(references, each, take)
+        frames = chain(first, frames)
+    passing = SeenFrames(references)
+    said, spent = answers_to(passing.passed(frames), references, make, take, who=who)
     return JudgedEpisode(
         tag=footage.tag, labels=footage.labels, features=features_of(said),
         proximity=tuple(str(each.proximity) for each in said),
@@ -85,7 +136,7 @@ def judge_footage(footage: Footage, make: MakeDetector, *, who: str) -> JudgedEp
         approach=np.array([each.approach for each in said], np.float64),
         touch=np.array([each.touch for each in said], np.float64),
         milliseconds=round(1e3 * float(np.median(spent)), 3) if spent else 0.0,
-        frames_per_second=footage.frames_per_second,
+        frames_per_second=footage.frames_per_second, seen=passing.seen,
     )  # fmt: skip
 
 

@@ -1,9 +1,15 @@
-"""A baseline: what a detector said of every frame of a suite, small enough to be committed."""
+"""A baseline: what a detector said of every frame of a suite, small enough to be committed.
+
+It knows its frames again, so that what differs now has a name: the frames, which is the simulator, or what is said of
+the same frames, which is the detector.
+"""
 
 import json
 import os
+import platform
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +23,17 @@ from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.errors import ConfigError
 from magicsim.folder import result_file
 from magicsim.frame_class import FrameClass
-from magicsim.judge.tally import JudgedEpisode
+from magicsim.judge.tally import FramesSeen, JudgedEpisode
 
-FORMAT = 1
+Pair = tuple[JudgedEpisode, JudgedEpisode]
+FORMAT = 2
 DIGITS = 6
 """Significant digits of a score in the file."""
 CLASS_LETTERS = {None: ".", FrameClass.CLEAR: "c", FrameClass.NEAR: "n", FrameClass.CONTACT: "t", FrameClass.LIGHT: "l"}
 PROXIMITY_LETTERS = {Proximity.NORMAL: "n", Proximity.APPROACHING: "a", Proximity.NOISE: "x"}
 CONTACT_LETTERS = {Contact.TOUCHED: "t", Contact.UNTOUCHED: "u", Contact.UNKNOWN: "?"}
 FOLDER = "detectors/baselines"
+ANEW = "make it anew with --save-baseline"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,6 +45,9 @@ class BaselineEpisode:
     contact: tuple[str, ...]
     approach: tuple[float, ...]
     touch: tuple[float, ...]
+    levels: tuple[float, ...]
+    digest: str
+    """See `magicsim.judge.tally.FramesSeen`, and likewise `levels`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,7 +58,9 @@ class Baseline:
     detector: str
     episodes: dict[str, BaselineEpisode]
     made_by: dict[str, str]
-    """What computed it, see `magicsim.config.program.versions`; empty where the file does not say."""
+    """What computed it, see `magicsim.config.program.versions`."""
+    made_on: str
+    """Day and machine: `2026-11-27, Linux x86_64`."""
 
 
 def default_baseline(suite: str, profile: str) -> Path | None:
@@ -59,7 +72,8 @@ def default_baseline(suite: str, profile: str) -> Path | None:
 def save_baseline(path: Path, episodes: Sequence[JudgedEpisode], *, suite: str, detector: str) -> None:
     """Writes a baseline; the file appears whole or not at all."""
     packed = {each.tag.name: _packed(each) for each in episodes}
-    about = {"format": FORMAT, "suite": suite, "detector": detector, "made_by": versions()}
+    made_on = f"{date.today().isoformat()}, {platform.system()} {platform.machine()}"
+    about = {"format": FORMAT, "suite": suite, "detector": detector, "made_by": versions(), "made_on": made_on}
     text = json.dumps(about | {"episodes": packed}, indent=1)
     with result_file(path) as partial, partial.open("w", encoding="utf-8") as file:
         file.write(text + "\n")
@@ -78,37 +92,23 @@ def load_baseline(path: Path) -> Baseline:
     except ConfigError as error:
         raise ConfigError(f"baseline: {error}") from None
     if isinstance(content, dict) and content.get("format", FORMAT) != FORMAT:
-        raise ConfigError(f"baseline '{path}': format = {content['format']!r} is not allowed: must be {FORMAT}")
+        msg = f"baseline '{path}': format = {content['format']!r} is not allowed: must be {FORMAT}; {ANEW}"
+        raise ConfigError(msg)
     try:
         episodes = {name: _unpacked(each) for name, each in content["episodes"].items()}
-        about = {name: str(content[name]) for name in ("suite", "detector")}
-        return Baseline(**about, episodes=episodes, made_by=dict(content.get("made_by", {})))
+        about = {name: str(content[name]) for name in ("suite", "detector", "made_on")}
+        return Baseline(**about, episodes=episodes, made_by=dict(content["made_by"]))
     except (KeyError, TypeError, AttributeError, IndexError, ValueError) as error:
         raise ConfigError(f"baseline '{path}' is not one that magicsim wrote: {error!r}") from None
 
 
-def paired(baseline: Baseline, episodes: Sequence[JudgedEpisode]) -> list[tuple[JudgedEpisode, JudgedEpisode]]:
-    """Episodes of both, as the baseline's detector and the present one judged them.
-
-    Raises:
-        ConfigError: No episode in common, or one that has other frames now.
-    """
-    pairs = []
-    for each in episodes:
-        known = baseline.episodes.get(each.tag.name)
-        if known is None:
-            continue
-        if known.classes != _classes(each):
-            raise ConfigError(f"baseline: episode '{each.tag.name}' has other frames now; make the baseline anew")
-        before = replace(
-            each, proximity=known.proximity, contact=known.contact, approach=np.array(known.approach),
-            touch=np.array(known.touch),
-        )  # fmt: skip
-        now = replace(each, approach=_rounded(each.approach), touch=_rounded(each.touch))
-        pairs.append((before, now))
-    if not pairs:
-        raise ConfigError(f"baseline of suite '{baseline.suite}' has no episode in common with this one")
-    return pairs
+def as_judged(known: BaselineEpisode, now: JudgedEpisode) -> Pair:
+    """An episode as the baseline's detector judged it, and as the present one did, with scores alike rounded."""
+    then = replace(
+        now, proximity=known.proximity, contact=known.contact, approach=np.array(known.approach),
+        touch=np.array(known.touch), seen=FramesSeen(digest=known.digest, levels=known.levels),
+    )  # fmt: skip
+    return then, replace(now, approach=_rounded(now.approach), touch=_rounded(now.touch))
 
 
 def _rounded(scores: Array) -> Array:
@@ -116,17 +116,20 @@ def _rounded(scores: Array) -> Array:
     return np.array([float(f"{each:.{DIGITS}g}") for each in scores])
 
 
-def _classes(episode: JudgedEpisode) -> str:
+def classes_of(episode: JudgedEpisode) -> str:
+    """Classes of an episode's frames, a letter each."""
     return "".join(CLASS_LETTERS[each] for each in episode.labels.classes)
 
 
 def _packed(episode: JudgedEpisode) -> dict[str, Any]:
     return {
-        "classes": _classes(episode),
+        "classes": classes_of(episode),
         "proximity": "".join(PROXIMITY_LETTERS[Proximity(each)] for each in episode.proximity),
         "contact": "".join(CONTACT_LETTERS[Contact(each)] for each in episode.contact),
         "approach": " ".join(f"{each:.{DIGITS}g}" for each in episode.approach),
         "touch": " ".join(f"{each:.{DIGITS}g}" for each in episode.touch),
+        "levels": " ".join(f"{each:.3f}" for each in episode.seen.levels),
+        "digest": episode.seen.digest,
     }
 
 
@@ -139,7 +142,9 @@ def _unpacked(entry: dict[str, str]) -> BaselineEpisode:
         contact=tuple(touches[letter] for letter in entry["contact"]),
         approach=tuple(map(float, entry["approach"].split())),
         touch=tuple(map(float, entry["touch"].split())),
+        levels=tuple(map(float, entry["levels"].split())),
+        digest=entry["digest"],
     )
-    if len({len(getattr(episode, each.name)) for each in fields(episode)}) != 1:
+    if len({len(getattr(episode, each.name)) for each in fields(episode) if each.name != "digest"}) != 1:
         raise IndexError("lists of different length")
     return episode

@@ -1,6 +1,5 @@
 """Judges a detector on a suite: measures with intervals, curves, and what fell against a baseline."""
 
-import logging
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -8,15 +7,16 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from magicsim.config.program import other_code, versions
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.evaluation.answers import judge_footage
-from magicsim.evaluation.baseline import Baseline, paired
-from magicsim.evaluation.detector import MakeDetector, detector_by
+from magicsim.evaluation.baseline import Baseline
+from magicsim.evaluation.detector import MakeDetector, ProfileDetector, detector_by
 from magicsim.evaluation.footage import Footage, count_takes, film_case, read_recordings
+from magicsim.evaluation.provenance import Comparison, condition_of, set_beside
 from magicsim.evaluation.rest import Rest, rest_streams
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.evaluation.take import list_cases
+from magicsim.evaluation.trial import check_order
 from magicsim.frame_class import FrameClass
 from magicsim.judge.collapse import Collapse, collapses
 from magicsim.judge.curves import (
@@ -29,13 +29,12 @@ from magicsim.judge.curves import (
     trade_off,
 )
 from magicsim.judge.measures import MEASURES, OF_PROXIMITY, MeasureEstimate, estimate, exact_share
-from magicsim.judge.regression import Change, compare
+from magicsim.judge.regression import Change
 from magicsim.judge.score import PROXIMITY_TRUTH
-from magicsim.judge.tally import FIRST_PLACE, JudgedEpisode, tally
+from magicsim.judge.tally import JudgedEpisode, tally
 from magicsim.judge.verdicts import COATED
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 
-LOGGER = logging.getLogger(__name__)
 Progress = Callable[[int, int], None]
 FAULTLESS = "faultless_episodes"
 """Share of episodes in which every scored verdict is right."""
@@ -47,7 +46,8 @@ class Evaluation:
 
     suite: str
     detector: str
-    baseline: str | None
+    beside: Comparison | None
+    """What the baseline says of the same episodes."""
     standard: str
     """Condition of light and noise that the headline measures are of."""
     metrics: dict[str, dict[str, MeasureEstimate]]
@@ -57,7 +57,6 @@ class Evaluation:
     distance: list[CurvePoint]
     depth: list[CurvePoint]
     roc: dict[str, Roc | None]
-    changes: list[Change]
     rest: list[Rest]
     episodes: list[JudgedEpisode] = field(repr=False)
     footage: list[Footage] = field(repr=False)
@@ -66,6 +65,16 @@ class Evaluation:
     """What was not judged, and why; None where all was."""
     collapses: list[Collapse] = field(default_factory=list)
     """Classes that are never named and accuracies by chance in the standard condition."""
+
+    @property
+    def baseline(self) -> str | None:
+        """The baseline's detector."""
+        return self.beside.baseline.detector if self.beside is not None else None
+
+    @property
+    def changes(self) -> list[Change]:
+        """Compared measures, on frames that are the baseline's own."""
+        return self.beside.changes if self.beside is not None else []
 
     @property
     def regressions(self) -> list[Change]:
@@ -86,10 +95,11 @@ class Evaluation:
     def cannot_judge(self) -> str | None:
         """Why no fall in the standard condition could have been found; None where one could, and without a baseline."""
         tested = [each for each in self.changes if each.condition == self.standard and each.p_fall is not None]
-        if self.baseline is None or any(each.smallest_fall is not None for each in tested):
+        if self.beside is None or any(each.smallest_fall is not None for each in tested):
             return None
         takes = max((each.episodes for each in tested), default=0)
-        return f"{takes} shared take{'s'[: takes != 1]} in {self.standard}, in which no fall could be found"
+        same = " with the baseline's frames" if self.beside.frames_changed else ""
+        return f"{takes} shared take{'s'[: takes != 1]}{same} in {self.standard}, in which no fall could be found"
 
     def as_dict(self) -> dict[str, Any]:
         """What goes into the JSON: everything but images and single frames."""
@@ -105,12 +115,14 @@ class Evaluation:
             "detection_by_depth": [asdict(each) for each in self.depth],
             "roc": {name: asdict(each) if each is not None else None for name, each in self.roc.items()},
             "rest": [asdict(each) for each in self.rest],
+            "provenance": self.beside.as_dict() if self.beside is not None else None,
             "compared": [asdict(each) | {"frames": len(each.frames)} for each in self.changes],
             "regressions": [asdict(each) for each in self.regressions],
             "improvements": [asdict(each) for each in self.improvements],
             "not_judged": self.not_judged,
             "collapses": [asdict(each) for each in self.collapses],
             "cannot_judge": self.cannot_judge,
+            "sensors": {each.tag.take: each.tag.sensor for each in self.episodes},
             "episodes": len(self.episodes),
             "frames": sum(len(each.proximity) for each in self.episodes),
             "milliseconds_per_frame": times[len(times) // 2],
@@ -170,6 +182,8 @@ def evaluate_suite(
         episodes: list[JudgedEpisode] = []
         footage: list[Footage] = []
         for done, take in enumerate(film_suite(suite, cache) if films is None else films, 1):
+            if not footage and type(make()) is not ProfileDetector:  # which is known to
+                check_order(take[0], make, who=detector)
             footage += take
             judged = [judge_footage(film, make, who=detector) for film in take]
             episodes += [_without_proximity(each) for each in judged] if coated else judged
@@ -179,19 +193,16 @@ def evaluate_suite(
         standard = groups[conditions[0]]
         options: dict[str, Any] = {"resamples": suite.resamples, "seed": suite.seed}
         curve = options | {"false_alarm_rate": suite.false_alarm_rate}
-        changes, before = [], []
+        beside, before = None, []
         if baseline is not None:
-            pairs = paired(baseline, episodes)
-            if other := other_code(baseline.made_by, versions()):
-                LOGGER.warning("the baseline was made by %s: what differs from it may be the program", other)
-            conditions_now = [condition_of(now) for _, now in pairs]
-            changes = compare(pairs, conditions_now, seed=suite.seed, same_scale=baseline.detector == detector)
+            beside = set_beside(baseline, episodes, suite=name, detector=detector, seed=suite.seed)
+            pairs = [*beside.alike, *beside.changed]
             before = [then for then, _ in pairs if condition_of(then) == conditions[0]]
         metrics = {group: _estimates(each, coated=coated, **options) for group, each in groups.items()}
         return Evaluation(
             suite=name,
             detector=detector,
-            baseline=baseline.detector if baseline is not None else None,
+            beside=beside,
             standard=conditions[0],
             metrics=metrics,
             confusion=confusion(standard, coated=coated),
@@ -201,7 +212,6 @@ def evaluate_suite(
                 "approach": None if coated else trade_off(standard, "approach", {FrameClass.NEAR}, NOTHING_NEAR),
                 "touch": trade_off(standard, "touch", {FrameClass.CONTACT}, NO_TOUCH),
             },
-            changes=changes,
             rest=rest_streams(footage, episodes, make, seconds=suite.rest_s, who=detector),
             episodes=episodes,
             footage=footage,
@@ -219,14 +229,8 @@ def film_suite(suite: SuiteConfig, cache: Path) -> Iterator[list[Footage]]:
         yield [each]
 
 
-def condition_of(episode: JudgedEpisode) -> str:
-    """Light and noise of an episode, and its place where that is another than the suite's own."""
-    condition = f"{episode.tag.light}/{episode.tag.noise}"
-    return condition if episode.tag.place == FIRST_PLACE else f"{condition}/{episode.tag.place}"
-
-
 def group_episodes(episodes: Sequence[JudgedEpisode]) -> dict[str, list[JudgedEpisode]]:
-    """Episodes by condition; those of the standard one, which comes first, also by role, object and path."""
+    """Episodes by condition; those of the standard one, which comes first, also by sensor, role, object, path."""
     conditions = [condition_of(each) for each in episodes]
     groups = {
         one: [each for each, other in zip(episodes, conditions, strict=True) if other == one]
@@ -235,7 +239,7 @@ def group_episodes(episodes: Sequence[JudgedEpisode]) -> dict[str, list[JudgedEp
     standard = groups[conditions[0]]
     if elsewhere := [one for one in groups if one.startswith(f"{conditions[0]}/")]:
         groups["other places"] = [each for one in elsewhere for each in groups[one]]
-    for kind in ("role", "object", "path"):
+    for kind in ("sensor", "role", "object", "path"):
         values = dict.fromkeys(getattr(each.tag, kind) for each in standard)
         if len(values) > 1:
             groups |= {

@@ -23,13 +23,13 @@ from magicsim.detectors.profile import load_profile
 from magicsim.detectors.verdict import Verdict
 from magicsim.errors import ConfigError
 from magicsim.evaluation.answers import warn_of_turned
-from magicsim.evaluation.footage import RECORDED, Footage, recorded_footage
+from magicsim.evaluation.footage import Footage, recorded_footage
 from magicsim.evaluation.suite import SuiteConfig, SuitePlace, SuiteRecording
 from magicsim.folder import MARKER
 from magicsim.frame_class import scored_class
 from magicsim.judge.plausible import force_size
-from magicsim.judge.recorded import TRUTH, read_episode, read_recording
-from magicsim.judge.tally import FIRST_PLACE, EpisodeLabels, EpisodeTag
+from magicsim.judge.recorded import LABELS, TRUTH, read_episode, read_recording
+from magicsim.judge.tally import FIRST_PLACE, RECORDED, SIMULATED, EpisodeLabels, EpisodeTag
 from magicsim.judge.verdicts import COATED, SensorDetector, read_table
 from magicsim.judge.verdicts import TABLE as RUN
 from magicsim.scenes.scene import SceneConfig
@@ -39,7 +39,7 @@ AS_MADE = "as-made"
 """Light, noise and place of frames that exist: those that they were made with."""
 COLUMNS = (
     "image", "is_reference", "frame_class", "gap_mm", "force_n", "flashlight", "path_kind", "object_kind", "episode",
-    "time_s",
+    "time_s", "version",
 )  # fmt: skip
 RECORDING = "recording"
 """Name of a recording that stands in no suite."""
@@ -79,14 +79,14 @@ class Existing:
 
 def is_existing(folder: Path) -> bool:
     """Whether a folder holds labelled frames that bring their own references."""
-    return any((folder / name).is_file() for name in (RUN, MANIFEST, TRUTH))
+    return any((folder / name).is_file() for name in (RUN, MANIFEST, TRUTH, LABELS))
 
 
 def read_existing(folder: Path, *, frames_per_second: float) -> Existing:
     """The labelled episodes of a folder, whose images are read when they are asked for.
 
     Args:
-        folder: A run of `simulate`, a dataset, or a recording with `truth.csv`.
+        folder: A run of `simulate`, a dataset, or a recording with `truth.csv` or `labels.csv`.
         frames_per_second: Rate of recorded frames whose own is not known [1/s].
 
     Raises:
@@ -105,11 +105,12 @@ def read_existing(folder: Path, *, frames_per_second: float) -> Existing:
         recipe = source.recipe
         films = _dataset(folder, rate, is_recorded=False, gamma=recipe.rig.camera.gamma)
         return Existing(films=films, sensor={"design": recipe.design, "rig": recipe.rig, "frames_per_second": rate})
-    if (folder / TRUTH).is_file():
-        tag = _tag(RECORDING, folder.resolve().name, RECORDED)
+    if (folder / TRUTH).is_file() or (folder / LABELS).is_file():
+        tag = _tag(RECORDING, folder.resolve().name, RECORDED, sensor=RECORDED)
         film = recorded_footage(read_recording(folder), tag, frames_per_second=frames_per_second)
         return Existing(films=[film], sensor={})
-    msg = f"'{folder}' holds no labelled frames; give a folder with {RUN} (a run), {MANIFEST} (a dataset) or {TRUTH}"
+    kinds = f"{RUN} (a run), {MANIFEST} (a dataset), {TRUTH} or {LABELS}"
+    msg = f"'{folder}' holds no labelled frames; give a folder with {kinds}"
     raise ConfigError(msg)
 
 
@@ -160,6 +161,10 @@ def _run(folder: Path, scene: SceneConfig) -> Footage:
 
 def _dataset(folder: Path, frames_per_second: float, *, is_recorded: bool, gamma: float | None = None) -> list[Footage]:
     frames = open_frames(folder, COLUMNS)
+    if len(made_by := np.unique(frames.column("version"))) > 1:
+        first, other = (set(each.split(", ")) for each in made_by[:2].tolist())
+        differing = ", ".join(sorted(first ^ other))
+        raise ConfigError(f"'{folder}' holds rows of two versions of the code: {differing}; make the dataset again")
     episodes, is_reference = frames.column("episode"), frames.column("is_reference")
     films = []
     for number in np.unique(episodes).tolist():
@@ -179,7 +184,7 @@ def _dataset(folder: Path, frames_per_second: float, *, is_recorded: bool, gamma
             labels = EpisodeLabels.of(gap_mm, np.linalg.norm(forces, axis=1), flashlight)
         images = StoredImages(read=partial(_row_images, scored, frames.where(mine & is_reference)))
         body, path = (str(scored.column(name)[0]) for name in ("object_kind", "path_kind"))
-        tag = _tag(f"episode-{number}", body or SHOWN, path)
+        tag = _tag(f"episode-{number}", body or SHOWN, path, sensor=RECORDED if is_recorded else SIMULATED)
         films.append(Footage(tag=tag, labels=labels, images=images, frames_per_second=frames_per_second, gamma=gamma))
     return films
 
@@ -188,8 +193,8 @@ def _row_images(scored: FrameTable, references: FrameTable, wanted: bool) -> Ite
     return (row["image"] for row in (references if wanted else scored))
 
 
-def _tag(take: str, body: str, path: str) -> EpisodeTag:
-    return EpisodeTag(take=take, object=body, role="held_out", path=path, light=AS_MADE, noise=AS_MADE)
+def _tag(take: str, body: str, path: str, *, sensor: str = SIMULATED) -> EpisodeTag:
+    return EpisodeTag(take=take, object=body, role="held_out", path=path, light=AS_MADE, noise=AS_MADE, sensor=sensor)
 
 
 def _check_references(folder: Path, count: int) -> None:

@@ -1,13 +1,8 @@
-"""Labelled frames of one episode, rendered or recorded: the one form in which detectors and measures see them.
+"""Labelled frames of one episode, rendered or recorded: the one form in which detectors and measures see them."""
 
-A quick evaluation sees the part of a suite that fits into three minutes.
-"""
-
-import time
 import zlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import zip_longest
 from pathlib import Path
 from typing import Protocol
 
@@ -21,12 +16,10 @@ from magicsim.dataset.recipes.estimate import estimate_scene
 from magicsim.evaluation.suite import SuiteConfig, SuiteNoise
 from magicsim.evaluation.take import Case, Take, cached_take, list_cases, take_key
 from magicsim.judge.recorded import RecordedEpisode, read_recording
-from magicsim.judge.tally import EpisodeLabels, EpisodeTag
+from magicsim.judge.tally import RECORDED, EpisodeLabels, EpisodeTag
 
 REST_STREAM = 0x3C5A96
 """Turns the seed of an episode into that of a stream at rest."""
-RECORDED = "recorded"
-"""Path, light and noise of a recording."""
 
 
 class Images(Protocol):
@@ -96,8 +89,12 @@ class ExposedTake:
 
 
 def film_case(case: Case, suite: SuiteConfig, cache: Path) -> list[Footage]:
+    """One footage for each sensor noise of a suite, from the cache or simulated."""
+    return footage_of(case, cached_take(case.scene, cache), suite)
+
+
+def footage_of(case: Case, take: Take, suite: SuiteConfig) -> list[Footage]:
     """One footage for each sensor noise of a suite, from one take."""
-    take = cached_take(case.scene, cache)
     scored = ~take.is_reference
     labels = EpisodeLabels.of(take.gap_mm[scored], take.force_n[scored], take.flashlight[scored])
     return [
@@ -130,7 +127,7 @@ def read_recordings(suite: SuiteConfig) -> list[Footage]:
             read_recording(Path(each.folder)),
             EpisodeTag(
                 take=each.name, object=each.object or each.name, role=each.role, path=RECORDED, light=RECORDED,
-                noise=RECORDED,
+                noise=RECORDED, sensor=each.sensor,
             ),
             frames_per_second=suite.frames_per_second,
         )
@@ -153,57 +150,9 @@ def _camera(camera: Camera, noise: SuiteNoise) -> Camera:
     return camera.model_copy(update=changes)
 
 
-MOST_S = 180.0
-"""Longest quick evaluation [s]."""
-MARGIN = 1.3
-"""How much longer than the longest so far another take may be."""
-REST_S = 10.0
-"""Longest stream at rest of a quick evaluation [s]."""
-
-
-def quick_suite(suite: SuiteConfig) -> tuple[SuiteConfig, list[str]]:
-    """A suite's standard condition alone, and what that leaves out."""
-    blocks = [
-        block.model_copy(update={"lights": block.lights[:1], "seeds": block.seeds[:1], "places": ()})
-        for block in suite.episodes
-        if block.lights[0] == suite.episodes[0].lights[0]
-    ]
-    rest = min(suite.rest_s, REST_S)
-    quick = suite.model_copy(
-        update={"episodes": tuple(blocks), "noises": suite.noises[:1], "rest_s": rest, "recordings": suite.recordings}
-    )
-    kept = {case.name for case in list_cases(quick)}
-    gone = [case.name for case in list_cases(suite) if case.name not in kept]
-    left_out = [f"take {name}" for name in gone]
-    left_out += [f"noise {noise.name}" for noise in suite.noises[1:]]
-    if rest < suite.rest_s:
-        left_out.append(f"{suite.rest_s - rest:g} of {suite.rest_s:g} s at rest")
-    return quick, left_out
-
-
-def quick_films(suite: SuiteConfig, cache: Path, left_out: list[str], *, begun: float) -> Iterator[list[Footage]]:
-    """Footage of held-out and other takes in turn, as long as there is time; adds the others to `left_out`."""
-    longest = 0.0
-    for case in _in_turn(list_cases(suite)):
-        now = time.perf_counter()
-        if longest and now - begun + MARGIN * longest > MOST_S:
-            left_out.append(f"take {case.name}")
-            continue
-        yield film_case(case, suite, cache)
-        longest = max(longest, time.perf_counter() - now)
-    for each in read_recordings(suite):
-        yield [each]
-
-
 def foretold_s(suite: SuiteConfig, cache: Path, cores: int) -> tuple[int, int, float]:
     """Takes to render, takes that are kept, and the time that the first need [s], within a factor of two or so."""
     cases = list_cases(suite)
     wanted = [case for case in cases if not (cache / f"{take_key(case.scene)}.npz").is_file()]
     seconds = sum(estimate_scene(case.scene).seconds(cores) for case in wanted)
     return len(wanted), len(cases) - len(wanted), seconds
-
-
-def _in_turn(cases: list[Case]) -> list[Case]:
-    roles = {role: [case for case in cases if case.role == role] for role in ("held_out", "training")}
-    pairs = zip_longest(roles["held_out"], roles["training"])
-    return [case for pair in pairs for case in pair if case is not None]

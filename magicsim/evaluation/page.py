@@ -1,6 +1,7 @@
 """The results of an evaluation as files and as lines for people."""
 
 import json
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.judge.changed_frames import FrameRun
 from magicsim.judge.measures import MEASURES, MeasureEstimate
 from magicsim.judge.regression import Change
+from magicsim.judge.tally import SIMULATED
 from magicsim.notebook.screen import STRONGER
 from magicsim.report.text import MINUS, MISSING, number, page_template, percent, span
 
@@ -70,6 +72,7 @@ def render_page(result: Evaluation) -> str:
         facts={
             "Episodes": f"{facts['episodes']} ({len({each.tag.take for each in result.episodes})} takes)",
             "Frames": str(facts["frames"]),
+            "Sensors": ", ".join(dict.fromkeys(each.tag.sensor for each in result.episodes)),
             "Standard condition": f"{result.standard} (light while the object is there / sensor noise)",
             "Baseline": result.baseline or "none",
             "Time of one step": f"{facts['milliseconds_per_frame']:.1f} ms, on the machine that ran this",
@@ -89,6 +92,7 @@ def render_page(result: Evaluation) -> str:
         depth=_drawn(result, "depth"),
         collapses=collapse_lines(result),
         cannot_judge=result.cannot_judge,
+        moved=moved_lines(result),
         compared=[change_row(each) for each in result.changes],
         pictures=sheet(result.footage, result.episodes, result.standard),
         changed=changed_sheet(result.footage, result.episodes, worse),
@@ -106,6 +110,9 @@ def describe(result: Evaluation) -> list[str]:
     lines = [
         f"{result.detector} on {result.suite}: {len(result.episodes)} episodes, standard condition {result.standard}"
     ]
+    sensors = Counter(each.tag.sensor for each in result.episodes)
+    if set(sensors) != {SIMULATED}:
+        lines.append(f"  sensors: {', '.join(f'{name} ({count} episodes)' for name, count in sensors.items())}")
     for group, values in result.metrics.items():
         parts = [f"{COLUMNS[name]} {value_text(name, values[name])}" for name in list(COLUMNS)[:2]]
         lines.append(f"  {group}: {', '.join(parts)}")
@@ -120,6 +127,7 @@ def describe(result: Evaluation) -> list[str]:
             for run in each.frames
         ]
     lines += collapse_lines(result)
+    lines += moved_lines(result)
     for condition in dict.fromkeys(each.condition for each in result.changes):
         parts = [
             f"{COLUMNS[each.measure]} {change_row(each).smallest}"
@@ -131,6 +139,17 @@ def describe(result: Evaluation) -> list[str]:
         weak = f"cannot judge: {result.cannot_judge}" if result.cannot_judge else ""
         lines.append(weak or f"no regression against {result.baseline}")
     return lines
+
+
+def moved_lines(result: Evaluation) -> list[str]:
+    """Whether the frames or the verdicts changed as lines for people, and what fell on frames that are others now."""
+    if result.beside is None:
+        return []
+    fallen = [change_row(each) for each in result.beside.moved if each.is_regression]
+    return [
+        *result.beside.lines,
+        *(f"  on the changed frames: {row.title} ({row.condition}) {row.baseline} -> {row.current}" for row in fallen),
+    ]
 
 
 def collapse_lines(result: Evaluation) -> list[str]:

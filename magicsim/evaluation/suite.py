@@ -12,7 +12,7 @@ from magicsim.config.presets import find_preset
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.rigid_object import AngleDeg
-from magicsim.judge.tally import FIRST_PLACE, Role
+from magicsim.judge.tally import FIRST_PLACE, RECORDED, Role
 from magicsim.scenes.lamps import PlaceMm
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import FRAMES_PER_SECOND, FrameNumber, FrameRate, GapMm, RenderSettings, Seed
@@ -20,6 +20,12 @@ from magicsim.scenes.scene import FRAMES_PER_SECOND, FrameNumber, FrameRate, Gap
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 MAX_TAKES = 10_000
 """Most combinations of object, path, light and seed: each is rendered, which takes a minute or so."""
+
+
+SHIPPED, QUICK = "small", "quick"
+"""The suite whose quick part comes with the program, and the name of that part in results and baselines."""
+SETTINGS_OF_QUICK = ("resamples", "false_alarm_rate", "rest_s")
+"""What may be set where frames come with the program."""
 
 
 class SuiteObject(Config):
@@ -139,6 +145,8 @@ class SuiteRecording(Config):
     """The folder, relative to the suite's file."""
     object: str = ""
     """What it shows."""
+    sensor: str = RECORDED
+    """Which sensor took it, such as its kind and its unit."""
     role: Role = "held_out"
     """Whether the calibration may have seen it."""
 
@@ -250,6 +258,20 @@ def load_suite(name: str | Path, overrides: Sequence[str] = (), *, seed: int | N
     for place in suite.places:
         suite.sensor(place)
     return suite
+
+
+def refuse_settings_of_frames(settings: Sequence[str]) -> None:
+    """Refuses settings that frames which come with the program cannot follow.
+
+    Raises:
+        ConfigError: It names the first one.
+    """
+    for key in (each.partition("=")[0].strip() for each in settings):
+        if key not in SETTINGS_OF_QUICK:
+            raise ConfigError(
+                f"--set {key} is not allowed with --quick, whose frames come with the program: must be one of "
+                f"{', '.join(SETTINGS_OF_QUICK)}; without --quick frames are rendered"
+            )
 
 
 def _check_object(each: SuiteObject, source: str) -> None:

@@ -22,7 +22,7 @@ import logging
 import os
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -56,29 +56,30 @@ def read_labels(folder: str | Path) -> Episode:
         ConfigError: No table, a column that is missing, an unknown class, or no frame of the untouched sensor.
         FrameError: An image is missing or cannot be used.
     """
-    path = Path(folder) / LABELS
-    references: list[Frame] = []
-    frames: list[Frame] = []
-    classes: list[FrameClass | None] = []
+    found = _read_classes(Path(folder) / LABELS)
+    return Episode(references=list(found.references()), frames=list(found.frames()), classes=found.labels.classes)
+
+
+def _read_classes(path: Path) -> "RecordedEpisode":
     table = read_table(path)
     missing = [name for name in LABEL_COLUMNS if name not in table.heading]
     if missing:
         table.check_delimiter()
         raise ConfigError(f"'{path}' has no column {', '.join(missing)}; its heading must be {','.join(LABEL_COLUMNS)}")
-    remark = once(_LOG.warning)
-    for line in table.lines(LABEL_COLUMNS):
-        label = line.text("class")
-        image = read_image(path.parent / line.text("file"), remark)
-        if label == REFERENCE:
-            references.append(image)
-            continue
-        if label and label not in {LIGHT_TOUCH, *FrameClass}:
-            raise ConfigError(f"{line.where}: {unknown_choice('class', label, [REFERENCE, *FrameClass])}")
-        frames.append(image)
-        classes.append(scored_class(label))
-    if not references:
+    lines = [(line.where, line.text("file"), line.text("class")) for line in table.lines(LABEL_COLUMNS)]
+    for where, _, label in lines:
+        if label and label not in {REFERENCE, LIGHT_TOUCH, *FrameClass}:
+            raise ConfigError(f"{where}: {unknown_choice('class', label, [REFERENCE, *FrameClass])}")
+    labels = [label for _, _, label in lines]
+    if REFERENCE not in labels:
         raise ConfigError(f"'{path}' names no frame of class {REFERENCE}; the untouched sensor is needed")
-    return Episode(references=references, frames=frames, classes=classes)
+    unknown = np.full(len(lines), np.nan)
+    return RecordedEpisode(
+        folder=path.parent, files=tuple(file for _, file, _ in lines),
+        is_reference=np.array([label == REFERENCE for label in labels]), gap_mm=unknown, force_n=unknown,
+        flashlight=np.array([label == FrameClass.LIGHT for label in labels]),
+        classes=tuple(scored_class(label) for label in labels if label != REFERENCE),
+    )  # fmt: skip
 
 
 TRUTH = "truth.csv"
@@ -101,12 +102,15 @@ class RecordedEpisode:
     force_n: npt.NDArray[np.float64]
     """Size of the contact force, or of its normal part where nothing else is known; NaN where nobody knows."""
     flashlight: npt.NDArray[np.bool_]
+    classes: tuple[FrameClass | None, ...] | None = None
+    """Classes of the frames after the references, where the table has these and neither gap nor force."""
 
     @property
     def labels(self) -> EpisodeLabels:
         """Truth of the frames after the references."""
         scored = ~self.is_reference
-        return EpisodeLabels.of(self.gap_mm[scored], self.force_n[scored], self.flashlight[scored])
+        known = EpisodeLabels.of(self.gap_mm[scored], self.force_n[scored], self.flashlight[scored])
+        return known if self.classes is None else replace(known, classes=self.classes)
 
     def references(self) -> Iterator[Frame]:
         """Images of the untouched sensor, RGB, shape (rows, columns, 3)."""
@@ -129,8 +133,13 @@ def read_recording(folder: Path) -> RecordedEpisode:
         ConfigError: No folder, no table, a wrong column, a value that is not allowed, or a missing image.
     """
     path = folder / TRUTH
+    if not is_file(path) and is_file(folder / LABELS):
+        return _read_classes(folder / LABELS)
     if not is_file(path):
-        raise ConfigError(f"recording '{folder}' holds no readable {TRUTH}; it needs the columns {', '.join(COLUMNS)}")
+        raise ConfigError(
+            f"recording '{folder}' holds no readable {TRUTH}, with the columns {', '.join(COLUMNS)}, nor {LABELS}, "
+            f"with {' and '.join(LABEL_COLUMNS)}"
+        )
     table = read_table(path)
     force = next((each for each in FORCES if set(table.heading) == {*COLUMNS} - {"force_n"} | {*each}), None)
     if force is None:

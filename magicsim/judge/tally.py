@@ -22,6 +22,12 @@ Role = Literal["training", "held_out"]
 """Whether the calibration of the shipped profiles may have seen an episode."""
 FIRST_PLACE = "own"
 """A suite's own sensor, where no places are given."""
+SIMULATED, RECORDED = "simulated", "recorded"
+"""Sensor of rendered frames, and of others whose own name nobody says; the latter is also a recording's path, light and
+noise."""
+LEVEL_NOISE = 0.05
+"""Largest difference between means of a frame under other camera noise, or rounded by another processor [grey levels]:
+0.3 grey levels of noise leave 0.001 of them in a frame of 240 x 320 pixels, and 0.01 in one of 48 x 36."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,6 +42,8 @@ class EpisodeTag:
     light: str
     noise: str
     place: str = FIRST_PLACE
+    sensor: str = SIMULATED
+    """Which sensor took the frames."""
 
     @property
     def name(self) -> str:
@@ -73,6 +81,24 @@ def _frame_class(gap_mm: float, force_n: float, *, light_on: bool) -> FrameClass
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class FramesSeen:
+    """By what the frames of an episode are known again."""
+
+    digest: str = ""
+    """Hash of all pixels, references first, in hexadecimal digits; empty where nobody looked."""
+    levels: tuple[float, ...] = ()
+    """Mean of each frame after the references [grey levels]."""
+
+    def is_alike(self, other: "FramesSeen") -> bool:
+        """Whether both differ by camera noise and rounding at most; True where nobody looked at one of them."""
+        if not self.digest or not other.digest or self.digest == other.digest:
+            return True
+        if len(self.levels) != len(other.levels):
+            return False
+        return bool(np.max(np.abs(np.subtract(self.levels, other.levels)), initial=0.0) <= LEVEL_NOISE)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class JudgedEpisode:
     """Verdicts and scores of the frames after the references."""
 
@@ -89,6 +115,7 @@ class JudgedEpisode:
     milliseconds: float = 0.0
     """Median time of one step [ms]; belongs to the machine, so nothing is compared by it."""
     frames_per_second: float = 15.0
+    seen: FramesSeen = FramesSeen()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,12 +7,13 @@ import pytest
 from evaluation.synthetic import PROFILE, make_suite
 from laboratory.injected_faults import DELAY, FAULTS, STUCK, Fault, swapped
 
-from magicsim.detectors.profile import DetectorProfile
+from magicsim.config.presets import preset_root
+from magicsim.detectors.profile import DetectorProfile, load_profile
 from magicsim.evaluation.baseline import load_baseline, save_baseline
 from magicsim.evaluation.detector import MakeDetector, ProfileDetector
 from magicsim.evaluation.evaluate import Evaluation, evaluate_suite, film_suite
-from magicsim.evaluation.footage import quick_suite
-from magicsim.evaluation.suite import load_suite
+from magicsim.evaluation.quick import quick_suite, shipped_films
+from magicsim.evaluation.suite import QUICK, SHIPPED, load_suite
 
 SOUND = replace(PROFILE, reference_count=6)
 BETTER = {"tau_b_2"}
@@ -116,3 +117,29 @@ def test_small_suite_holds_enough_dark_takes_for_alarms():
     dark = [each for block in suite.episodes if "dark" in block.lights for each in block.objects]
     assert len(set(dark)) >= 12
     assert {each.name for each in suite.objects} == set(dark)
+
+
+@pytest.fixture(scope="module")
+def shipped() -> Judge:
+    """Judges a detector on the frames of `evaluate --quick`, against the baseline that comes with them."""
+    suite, _ = quick_suite(load_suite(SHIPPED, ["rest_s=0", "resamples=99"]))
+    films, profile = shipped_films(suite), load_profile("calibrated")
+    known = load_baseline(preset_root() / "detectors/baselines/quick-calibrated.json")
+    return lambda make: evaluate_suite(
+        suite, lambda: make(profile), name=QUICK, detector="calibrated", cache=Path(), films=films, baseline=known
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FAULTS)
+def test_fault_is_found_on_the_frames_of_a_quick_evaluation(shipped: Judge, name: str):
+    found = shipped(FAULTS[name].make)
+    assert found.cannot_judge is None
+    assert found.beside.frames_changed == []
+    assert found.is_worse or found.improvements
+
+
+@pytest.mark.slow
+def test_sound_detector_passes_on_the_frames_of_a_quick_evaluation(shipped: Judge):
+    found = shipped(ProfileDetector)
+    assert (found.is_worse, found.cannot_judge, found.beside.verdicts_changed) == (False, None, [])

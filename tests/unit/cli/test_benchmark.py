@@ -198,3 +198,15 @@ def test_place_of_a_baseline_that_cannot_be_written_is_told_before_anything_is_j
     assert found.err.count("\n") == 1
     assert target[:40] in found.err
     assert not (tmp_path / "magicsim-takes").exists()
+
+
+def test_quick_evaluation_renders_nothing_of_the_suite_that_comes_with_the_program(shell: Shell, tmp_path: Path):
+    done = shell("evaluate", "--quick", "--set", "design.skin_mm=0.7")
+    assert (done.code, done.err.count("\n")) == (2, 1)
+    assert "--set design.skin_mm is not allowed with --quick" in done.err
+    found = shell.json("evaluate", "--quick", "--set", "rest_s=0", "--set", "resamples=99")
+    assert found["suite"] == "quick"
+    assert found["baseline"] == "calibrated"
+    assert found["provenance"]["frames_changed"] == found["provenance"]["verdicts_changed"] == []
+    assert found["cannot_judge"] is None
+    assert not (tmp_path / "magicsim-takes").exists()

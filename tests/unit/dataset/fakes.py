@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -33,7 +34,29 @@ def small_recipe(*more: str, seed: int | None = None) -> Recipe:
     return load_recipe(FOLDER / "small.toml", [*SMALL, *more], seed=seed)
 
 
-def fake_rows(task: SampleTask) -> bytes:
+def telling_rows(task: SampleTask) -> bytes:
+    """Rows whose images are those of the made-up sensor of evaluations: in turn clear, near, touched, and lit."""
+    from evaluation.synthetic import seen_state
+
+    def change(row: dict, number: int) -> None:
+        gap_mm = (math.nan, 1.0, -0.4, math.nan)[number % 4] if number >= 0 else math.nan
+        force_n, is_lit = float(gap_mm < 0), number % 4 == 3 and number >= 0
+        pixels = seen_state(gap_mm, str(task.episode.index), is_lit=is_lit)
+        noise = np.random.default_rng([task.episode.index, number + 1000]).normal(0, 1, pixels.shape)
+        png = cv2.imencode(".png", np.clip(120 * pixels + noise, 0, 255).astype(np.uint8)[..., ::-1])[1].tobytes()
+        row |= {"image": {"bytes": png, "path": None}, "gap_mm": gap_mm, "flashlight": is_lit}
+        row |= {"force_n": [0.0, 0.0, force_n], "contact": force_n > 0}
+
+    return fake_rows(task, change)
+
+
+def mixed_rows(task: SampleTask) -> bytes:
+    """Rows of which those of episode 1 were made by other sources."""
+    other = {"version": task.constants["version"].replace("sources ", "sources 0")} if task.episode.index == 1 else {}
+    return fake_rows(task, lambda row, _: row.update(other))
+
+
+def fake_rows(task: SampleTask, change: Callable[[dict, int], None] | None = None) -> bytes:
     """Rows with the right columns, content from the episode's seed, after a short while."""
     episode, count = task.episode, task.episode.scene.frame_count + task.episode.scene.references
     time.sleep(float(os.environ.get("FAKE_SECONDS", "0")))
@@ -48,6 +71,8 @@ def fake_rows(task: SampleTask) -> bytes:
         rows[-1] |= {"is_reference": step < episode.scene.references}
         rows[-1] |= {"path_kind": episode.path_kind, "time_s": step / 15, "gap_mm": math.nan}
         rows[-1] |= {"object_rotation": TURNED, "camera_rotation": TURNED}
+        if change is not None:
+            change(rows[-1], step - episode.scene.references)
     arrays = [pa.array([row[column.name] for row in rows], column.arrow) for column in task.columns]
     return rows_as_bytes(pa.Table.from_arrays(arrays, schema=schema_of_columns(task.columns)))
 
@@ -83,6 +108,8 @@ def _variant() -> str:
 
 
 FAKE = Simulator(function=fake_rows, prepare=None, variant=_variant)
+TELLING = Simulator(function=telling_rows, prepare=None, variant=_variant)
+MIXED = Simulator(function=mixed_rows, prepare=None, variant=_variant)
 FAILING = Simulator(function=failing_rows, prepare=None, variant=_variant)
 
 

@@ -114,16 +114,20 @@ def _grid(width_px: float) -> np.ndarray:
 
 
 def _radiance(state: FrameState, name: str) -> np.ndarray:
+    gap_mm = np.nan if state.gap_mm is None else state.gap_mm
+    return seen_state(gap_mm, name, is_lit=state.flashlight, light_x_mm=state.light_x_mm)
+
+
+def seen_state(gap_mm: float, name: str, *, is_lit: bool, light_x_mm: float = 0.0) -> np.ndarray:
     """Near objects brighten each colour elsewhere, a press thickens the lines, light brightens all alike."""
     strength = np.random.default_rng(zlib.crc32(name.encode())).uniform(0.8, 1.2)
     rows, columns = np.indices((ROWS, COLUMNS)) / ROWS
-    depth = max(0.0, -state.gap_mm) if state.gap_mm is not None else 0.0
-    image = _grid(1.4 * depth * strength)
-    if state.gap_mm is not None:
-        near = 0.6 * strength / (1 + max(0.0, state.gap_mm)) * image
+    image = _grid(1.4 * max(0.0, -np.nan_to_num(gap_mm)) * strength)
+    if not np.isnan(gap_mm):
+        near = 0.6 * strength / (1 + max(0.0, gap_mm)) * image
         image = image + near * np.stack([rows, np.abs(columns - 0.4), 1 - rows], axis=2)
-    if state.flashlight:
-        image += (0.5 * np.exp(-8 * ((columns - 0.4 - state.light_x_mm / 20) ** 2 + (rows - 0.5) ** 2)))[..., None]
+    if is_lit:
+        image += (0.5 * np.exp(-8 * ((columns - 0.4 - light_x_mm / 20) ** 2 + (rows - 0.5) ** 2)))[..., None]
     return image
 
 

@@ -3,17 +3,27 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import tomli_w
+from dataset.fakes import MIXED, small_recipe
 
+from magicsim.dataset.generate import generate_dataset
 from magicsim.errors import ConfigError
+from magicsim.evaluation.detector import built_in
+from magicsim.evaluation.evaluate import evaluate_suite
 from magicsim.evaluation.existing import StoredImages, read_existing
+from magicsim.evaluation.footage import read_recordings
+from magicsim.evaluation.page import describe
+from magicsim.evaluation.suite import load_suite
 from magicsim.folder import MARKER
 from magicsim.judge.recorded import read_episode
 from magicsim.judge.verdicts import TABLE
 from magicsim.scenes.scene import load_scene
+from magicsim.workers.attempt import WorkerOptions
 
 ROWS = {
     "file": ["frames/00000.png", "frames/00001.png"], "is_reference": [True, False], "frame_class": ["", "near"],
@@ -71,3 +81,39 @@ def test_unknown_class_is_refused_by_name(run: Path):
     put(frame_class=["", "zzz"])(run / TABLE)
     with pytest.raises(ConfigError, match=rf"^'{run / TABLE}': unknown frame_class 'zzz'"):
         read_episode(run)
+
+
+def test_dataset_of_two_versions_of_the_code_is_refused_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("MAGICSIM_FRAMES", str(tmp_path / "frames"))
+    options = WorkerOptions(workers=1)
+    generate_dataset(small_recipe("episodes=2"), tmp_path / "set", options=options, simulator=MIXED)
+    with pytest.raises(ConfigError, match=r"/set' holds rows of two versions of the code: sources 0.*, sources .*;"):
+        read_existing(tmp_path / "set", frames_per_second=1.0)
+
+
+def test_recording_with_classes_alone_is_judged_and_says_its_sensor(tmp_path: Path):
+    for number in range(5):
+        cv2.imwrite(str(tmp_path / f"{number}.png"), np.full((8, 6, 3), 40 * number, np.uint8))
+    lines = ["0.png,Reference", "1.png,Clear", "2.png,Contact", "3.png,Light", "4.png,"]
+    (tmp_path / "labels.csv").write_text("\n".join(["file,class", *lines]))
+    [film] = read_existing(tmp_path, frames_per_second=1.0).films
+    assert film.labels.classes == ("Clear", "Contact", "Light", None)
+    assert film.labels.flashlight.tolist() == [False, False, True, False]
+    assert film.tag.sensor == "recorded"
+    assert [int(each.mean()) for each in film.images.frames()] == [40, 80, 120, 160]
+    (tmp_path / "suite.toml").write_text(
+        'schema_version = 1\ndesign = "mini-magictac"\nrig = "digit-office"\n'
+        '[[recordings]]\nname = "mine"\nfolder = "."\nsensor = "STS 7"\n'
+    )
+    [recorded] = read_recordings(load_suite(tmp_path / "suite.toml"))
+    assert (recorded.tag.sensor, recorded.labels.classes) == ("STS 7", film.labels.classes)
+
+
+def test_real_frames_that_are_shipped_are_a_suite_of_their_own_sensor():
+    suite = load_suite(Path(__file__).resolve().parents[3] / "docs/real-frames/suite.toml")
+    found = evaluate_suite(suite, built_in("calibrated", is_coated=True), name="9dtact", detector="x", cache=Path())
+    assert found.as_dict()["sensors"] == {"9dtact-ball": "9DTact, unit 1"}
+    assert found.not_judged.startswith("proximity: design.coat is opaque")
+    assert found.confusion["contact"]["Contact"].keys() == {"Touched", "Untouched", "Unknown"}
+    assert sum(found.confusion["contact"]["Contact"].values()) == 1
+    assert "sensors: 9DTact, unit 1 (1 episodes)" in "\n".join(describe(found))

@@ -99,11 +99,12 @@ def test_lines_for_people_name_what_fell(worse: Evaluation, found: Evaluation):
 @pytest.mark.parametrize(
     "name", ["<script>alert(1)</script>", "</dd><img src=x onerror=alert(1)>", "{{ 7 * 6 }}", "a\u202eb\x1b"]
 )
-def test_hostile_names_stay_text(found: Evaluation, name: str):
-    text = render_page(replace(found, detector=name, suite=name, baseline=name))
+def test_hostile_names_stay_text(worse: Evaluation, name: str):
+    beside = replace(worse.beside, baseline=replace(worse.beside.baseline, detector=name, made_on=name))
+    text = render_page(replace(worse, detector=name, suite=name, beside=beside))
     page, plain = Page(), Page()
     page.feed(text)
-    plain.feed(render_page(found))
+    plain.feed(render_page(worse))
     assert page.open == []
     assert page.addresses == plain.addresses
     assert "<script" not in text
@@ -122,17 +123,31 @@ def test_page_lines_and_json_tell_what_e_c_and_s_do_at_rest(found: Evaluation):
         assert place.split(",")[0] in lines
 
 
-def test_baseline_of_other_sources_or_of_unknown_code_is_told(
-    evaluate: Callable[..., Evaluation], found: Evaluation, tmp_path: Path, caplog: pytest.LogCaptureFixture
+@pytest.mark.parametrize(
+    ("made_by", "told"),
+    [
+        ({"sources": "0123456789abcdef"}, "made by another version of "),
+        ({}, "made by unknown code"),
+    ],
+)
+def test_code_of_a_baseline_is_told_where_the_frames_changed(
+    evaluate: Callable[..., Evaluation], found: Evaluation, tmp_path: Path, made_by: dict[str, str], told: str
 ):
     file = tmp_path / "base.json"
     save_baseline(file, found.episodes, suite="tiny", detector="built-in")
-    known = load_baseline(file)
-    for made_by, told in (
-        (known.made_by, None),
-        (known.made_by | {"sources": "0123456789abcdef"}, "by another version of sources: what differs from it may be"),
-        ({}, "the baseline was made by unknown code"),
-    ):
-        caplog.clear()
-        evaluate(baseline=replace(known, made_by=made_by))
-        assert (told is None and not caplog.text) or (told is not None and told in caplog.text)
+    known = replace(load_baseline(file), made_by=made_by)
+    same = evaluate(baseline=known)
+    assert same.cannot_judge is None
+    assert told not in "\n".join(describe(same))  # the frames are the same, so the code does not matter
+    other = {name: replace(one, digest="0", levels=(0.0,) * 25) for name, one in known.episodes.items()}
+    worse = evaluate(tau_g=0.6, baseline=replace(known, episodes=other))
+    assert (worse.is_worse, worse.regressions) == (False, [])
+    assert (
+        worse.cannot_judge == "0 shared takes with the baseline's frames in dark/rig, in which no fall could be found"
+    )
+    text = "\n".join(describe(worse))
+    assert "the frames changed (simulator): 16 of 16 episodes" in text
+    assert told in text
+    assert "on the changed frames: Contact, balanced accuracy (dark/rig)" in text
+    assert told in render_page(worse)
+    assert len(worse.as_dict()["provenance"]["frames_changed"]) == 16

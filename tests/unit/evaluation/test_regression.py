@@ -10,9 +10,9 @@ from scipy.stats import permutation_test
 
 from evaluation.synthetic import PROFILE, judged
 from magicsim.errors import ConfigError
-from magicsim.evaluation.baseline import Baseline, load_baseline, paired, save_baseline
+from magicsim.evaluation.baseline import Baseline, load_baseline, save_baseline
 from magicsim.evaluation.detector import Detection, ProfileDetector
-from magicsim.evaluation.evaluate import condition_of
+from magicsim.evaluation.provenance import Comparison, set_beside
 from magicsim.judge.measures import SCORE_MEANS
 from magicsim.judge.regression import Change, compare
 from magicsim.judge.tally import JudgedEpisode
@@ -38,9 +38,12 @@ class SwappedChannels(ProfileDetector):
         return super().step(np.ascontiguousarray(frame[..., ::-1]))
 
 
+def beside(baseline: Baseline, episodes: list[JudgedEpisode], *, detector: str = "built-in") -> Comparison:
+    return set_beside(baseline, episodes, suite="tiny", detector=detector, seed=0)
+
+
 def changes(baseline: Baseline, episodes: list[JudgedEpisode]) -> list[Change]:
-    pairs = paired(baseline, episodes)
-    return compare(pairs, [condition_of(now) for _, now in pairs], seed=0, same_scale=True)
+    return beside(baseline, episodes).changes
 
 
 def fallen(baseline: Baseline, episodes: list[JudgedEpisode]) -> set[str]:
@@ -86,8 +89,7 @@ def test_swapped_channel_is_caught(judge: Judge, baseline: Baseline):
 
 def test_improvement_is_told_and_is_no_regression(judge: Judge, tmp_path: Path):
     save_baseline(tmp_path / "worse.json", judge(tau_g=0.64), suite="tiny", detector="worse")
-    pairs = paired(load_baseline(tmp_path / "worse.json"), judge())
-    found = compare(pairs, [condition_of(now) for _, now in pairs], seed=0)
+    found = changes(load_baseline(tmp_path / "worse.json"), judge())
     assert not any(each.is_regression for each in found)
     assert "contact_balanced_accuracy" in {each.measure for each in found if each.is_improvement}
 
@@ -175,7 +177,10 @@ def test_false_alarms_stay_below_the_significance_where_nothing_changed():
 
 
 def test_baseline_is_read_back_as_it_was_written(judge: Judge, baseline: Baseline):
-    for before, now in paired(baseline, judge()):
+    pairs = beside(baseline, judge()).alike
+    assert len(pairs) == len(baseline.episodes) == 16
+    for before, now in pairs:
+        assert before.seen.digest == now.seen.digest
         assert before.proximity == now.proximity
         assert before.contact == now.contact
         assert np.array_equal(before.approach, now.approach)
@@ -185,11 +190,11 @@ def test_baseline_is_read_back_as_it_was_written(judge: Judge, baseline: Baselin
     ("text", "words"),
     [
         ("{", "not valid JSON"),
-        ('{"format": 2}', "format = 2 is not allowed"),
-        ('{"format": 1, "suite": "x"}', "not one that magicsim wrote"),
+        ('{"format": 1}', "format = 1 is not allowed: must be 2; make it anew with --save-baseline"),
+        ('{"format": 2, "suite": "x"}', "not one that magicsim wrote"),
         (
-            '{"format": 1, "suite": "x", "detector": "y", "episodes": {"a": {"classes": "c", "proximity": "nn", '
-            '"contact": "u", "approach": "0", "touch": "0"}}}',
+            '{"format": 2, "suite": "x", "detector": "y", "made_on": "z", "made_by": {}, "episodes": {"a": {"classes": '
+            '"c", "proximity": "nn", "contact": "u", "approach": "0", "touch": "0", "levels": "0", "digest": ""}}}',
             "lists of different length",
         ),
     ],
@@ -201,9 +206,47 @@ def test_bad_baseline_is_refused(tmp_path: Path, text: str, words: str):
         load_baseline(path)
 
 
-def test_baseline_of_other_episodes_or_other_frames_is_refused(judge: Judge, baseline: Baseline):
-    tag = judge()[0].tag
-    with pytest.raises(ConfigError, match="no episode in common"):
-        paired(baseline, [judged("elsewhere")])
-    with pytest.raises(ConfigError, match=f"'{tag.name}' has other frames now"):
-        paired(baseline, [replace(judged("x"), tag=tag)])
+def test_baseline_of_another_suite_or_of_other_episodes_is_refused(judge: Judge, baseline: Baseline):
+    with pytest.raises(ConfigError, match="no episode in common with suite 'tiny'; make it anew with --save-"):
+        beside(baseline, [judged("elsewhere")])
+    other = replace(baseline, suite="other")
+    assert beside(other, judge()).frames_changed == []  # the same frames under another name
+    with pytest.raises(ConfigError, match="'other' has no frames in common with suite 'tiny'"):
+        beside(other, [dimmed(each) for each in judge()])
+
+
+def dimmed(episode: JudgedEpisode) -> JudgedEpisode:
+    """The episode as another simulator would have shown it: half a grey level darker."""
+    seen = replace(episode.seen, digest="0" * 16, levels=tuple(each - 0.5 for each in episode.seen.levels))
+    return replace(episode, seen=seen)
+
+
+def test_frames_that_changed_are_told_apart_from_verdicts_that_changed(judge: Judge, baseline: Baseline):
+    faulty = judge(tau_g=0.8 * PROFILE.tau_g)
+    by_detector = beside(baseline, faulty)
+    assert by_detector.frames_changed == []
+    assert len(by_detector.verdicts_changed) > 8
+    by_frames = beside(baseline, [dimmed(each) for each in faulty])
+    assert len(by_frames.frames_changed) == 16
+    assert by_frames.verdicts_changed == []
+    assert by_frames.changes == []
+    assert {each.measure for each in by_frames.moved if each.is_regression} >= {"contact_balanced_accuracy"}
+    assert "(simulator): 16 of 16 episodes since the baseline was made by the present code on 20" in by_frames.lines[0]
+    both = beside(baseline, [dimmed(faulty[0]), *faulty[1:]])
+    assert both.frames_changed == [faulty[0].tag.name]
+    assert {*both.verdicts_changed, faulty[0].tag.name} == {*by_detector.verdicts_changed}
+
+
+def test_other_noise_and_other_rounding_are_the_same_frames(judge: Judge, baseline: Baseline):
+    assert beside(baseline, judge(seed=7)).frames_changed == []
+    sound = judge()
+    levels = tuple(each + 0.01 for each in sound[0].seen.levels)
+    rounded = replace(sound[0], seen=replace(sound[0].seen, digest="0" * 16, levels=levels))
+    assert beside(baseline, [rounded]).frames_changed == []
+
+
+def test_frames_of_other_classes_are_changed_frames(judge: Judge, baseline: Baseline):
+    [first, *others] = judge()
+    found = beside(baseline, [replace(judged("x"), tag=first.tag), *others])
+    assert found.frames_changed == [first.tag.name]
+    assert len(found.alike) == 15

@@ -89,5 +89,5 @@ def test_bad_table_is_one_line_that_names_it(tmp_path: Path, old: str, new: str,
 
 
 def test_folder_without_a_table_says_what_it_needs(tmp_path: Path):
-    with pytest.raises(ConfigError, match=r"holds no readable truth.csv; it needs the columns file, is_reference"):
+    with pytest.raises(ConfigError, match=r"holds no readable truth.csv, with the columns file, .* nor labels"):
         read_recording(tmp_path)
