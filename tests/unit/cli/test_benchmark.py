@@ -206,6 +206,7 @@ def test_quick_evaluation_renders_nothing_of_the_suite_that_comes_with_the_progr
     assert "--set design.skin_mm is not allowed with --quick" in done.err
     found = shell.json("evaluate", "--quick", "--set", "rest_s=0", "--set", "resamples=99")
     assert found["suite"] == "quick"
+    assert found["episodes"] + sum(each.startswith("take ") for each in found["left_out"]) == 20
     assert found["baseline"] == "calibrated"
     assert found["provenance"]["frames_changed"] == found["provenance"]["verdicts_changed"] == []
     assert found["cannot_judge"] is None
