@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from cyclopts import App, Parameter, Token, convert
 
@@ -98,6 +98,10 @@ Seed = Annotated[int | None, Parameter(name="--seed", help="Seed of everything r
 Threads = Annotated[
     int | None, Parameter(name="--threads", help="Rendering threads; the result does not depend on it.")
 ]
+Tier = Annotated[
+    Literal["true", "fast"] | None,
+    Parameter(name="--tier", help="fast: pictures of touches by a distilled model; sets render.tier."),
+]
 Out = Annotated[Path, Parameter(name="--out", help="Where the result goes.")]
 
 
@@ -110,6 +114,11 @@ def limit_threads(threads: int | None) -> None:
     from magicsim.light.backend import dr
 
     dr.set_thread_count(threads)
+
+
+def with_tier(settings: list[str] | None, tier: str | None) -> list[str]:
+    """Settings, with the tier among them where one is asked for."""
+    return [*(settings or []), *([f"render.tier={tier}"] if tier is not None else [])]
 
 
 def refuse_settings(settings: list[str] | None, command: str, why: str = "") -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, Parameter
 
-from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_result, refuse_settings
+from magicsim.cli.app import Json, Out, Seed, Settings, Tier, app, fields_of, print_result, refuse_settings, with_tier
 from magicsim.errors import ConfigError, OutputError
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def dataset(
     preview: Annotated[
         int | None, Parameter(help="Instead of a dataset, a contact sheet of so many coarse frames, and statistics.")
     ] = None,
-    settings: Settings = None, seed: Seed = None, json: Json = False,
+    tier: Tier = None, settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Write a labelled dataset from a recipe: Parquet shards that Hugging Face `datasets` reads.
 
@@ -51,7 +51,7 @@ def dataset(
     own = out / CONFIG
     if recipe is None and not (resume and own.is_file()):
         raise ConfigError("recipe is missing: name a preset or a file; --resume alone goes on with a dataset in --out")
-    config = load_recipe(recipe or own, settings or [], seed=seed)
+    config = load_recipe(recipe or own, with_tier(settings, tier), seed=seed)
     options = choose_workers(workers, cluster=cluster, timeout_s=config.timeout_s)
     if preview is not None:
         _preview(config, out, preview, options, as_json=json)

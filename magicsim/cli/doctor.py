@@ -43,6 +43,7 @@ OPTIONAL = (
     ("mujoco", "mujoco", "no sensors on a MuJoCo model (magicsim.robot.mujoco)", "mujoco"),
     ("live", "viser", "no live window (magicsim live)", "live"),
     ("search", "optuna", 'no sweeps with sampling = "search"', "search"),
+    ("distil", "onnx", "no models of the fast tier; those that are made run", "distil"),
     ("torch", "torch", "no magicsim.dataset.torch; magicsim.dataset.frames remains", "torch"),
     ("hf", "datasets", "Hugging Face's reader of datasets; any Parquet reader remains", "hf"),
     ("hdf5", "h5py", "no export to HDF5", "hdf5"),
@@ -53,7 +54,8 @@ OPTIONAL = (
 )
 """Name, module, cost of its absence, and the extra that brings it or for which machines there is one."""
 EXTRAS = frozenset(
-    {"video", "robot", "mujoco", "live", "search", "torch", "hf", "hdf5", "zarr", "webdataset", "mcap"} | {"cluster"}
+    {"video", "robot", "mujoco", "live", "search", "torch", "distil", "hf", "hdf5", "zarr", "webdataset", "mcap"}
+    | {"cluster"}
 )
 
 

@@ -6,7 +6,19 @@ from typing import Annotated, Literal
 
 from cyclopts import App, Parameter
 
-from magicsim.cli.app import Json, Seed, Settings, Threads, app, fields_of, limit_threads, print_object, print_result
+from magicsim.cli.app import (
+    Json,
+    Seed,
+    Settings,
+    Threads,
+    Tier,
+    app,
+    fields_of,
+    limit_threads,
+    print_object,
+    print_result,
+    with_tier,
+)
 from magicsim.errors import ConfigError
 
 simulate_app = App(name="simulate")
@@ -18,13 +30,13 @@ LOWEST_PORT, HIGHEST_PORT = 1024, 65000
 def simulate(
     scene: str = "demo", *, out: Annotated[Path | None, Parameter(name="--out")] = None,
     mcap: Annotated[bool, Parameter(negative="", help="Write episode.mcap too; sets output.mcap.")] = False,
-    settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
+    tier: Tier = None, settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Simulate a scene, a file or a preset: frames, ground truth, verdicts, report.
 
     `demo` is the main job on defaults: approach, touch, press, shear, release, flashlight.
     """
-    settings = [*(settings or []), *(["output.mcap=true"] if mcap else [])]
+    settings = [*with_tier(settings, tier), *(["output.mcap=true"] if mcap else [])]
     _run(scene, out or Path(f"magicsim-{Path(scene).stem}"), settings, seed, threads, as_json=json)
 
 
@@ -131,14 +143,14 @@ def live(
     out: Annotated[Path, Parameter(name="--out", help="Where recordings go.")] = Path("magicsim-live"),
     port: Annotated[int, Parameter(help="Where to listen, on 127.0.0.1 alone.")] = 8321,
     browser: Annotated[bool, Parameter(negative="--no-browser", help="Open the page.")] = True,
-    settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
+    tier: Tier = None, settings: Settings = None, seed: Seed = None, threads: Threads = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Open a window on a scene or a design: drag and press the object, see frame, lattice, force and verdicts."""
     from magicsim.live.session import find_subject
 
     if not LOWEST_PORT <= port <= HIGHEST_PORT:
         raise ConfigError(f"port = {port} is not allowed: must be {LOWEST_PORT} to {HIGHEST_PORT}")
-    scene = find_subject(subject, settings or [], seed=seed, object=object)
+    scene = find_subject(subject, with_tier(settings, tier), seed=seed, object=object)
     limit_threads(threads)
     from magicsim.live.window import LiveWindow
 

@@ -8,7 +8,7 @@ from magicsim.dataset.recipes.draw import drawn_names
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.shard import Column, array, image, value, vector
 from magicsim.scenes.scene import TaxelSettings
-from magicsim.scenes.timeline import ImageOrigin, LightOrigin
+from magicsim.scenes.timeline import ImageOrigin, LightOrigin, TierError
 
 DRAWN = "drawn."
 """How the names of columns with drawn values begin."""
@@ -42,6 +42,15 @@ def columns_of(recipe: Recipe) -> list[Column]:
         ),
         value("beyond_limits", "bool", "whether force or depth is above what the design's `limits` say"),
         value("in_view", "bool", "whether the picture covers where the object touches or stands; true without one"),
+        *(
+            value(
+                f"tier_{name}",
+                "float64",
+                f"{what} of an emulated frame off a true one; NaN unless checked [grey levels]",
+            )
+            for name, what in zip(TierError._fields, ("mean distance", "95 %", "99 %"), strict=True)
+            if recipe.render.tier == "fast"
+        ),
         value("iterations", "int32", "Newton iterations of the frame's deformation"),
         value("min_jacobian", "float64", "smallest Jacobian of the deformation, above 0"),
         value("max_penetration_mm", "float64", "deepest contact point inside the object [mm]"),

@@ -1,5 +1,6 @@
 """From a recipe to a dataset on disk: resumable, and the same bytes however it was computed."""
 
+import math
 import time
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import closing, suppress
@@ -7,6 +8,7 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
+import pyarrow.parquet as pq
 import tomli_w
 
 from magicsim.camera.exposure import check_codec
@@ -22,10 +24,12 @@ from magicsim.dataset.recipes.estimate import Cost, estimate
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.rows import SampleTask, nominal_calibration, sensors_table, simulate_sample
 from magicsim.dataset.shard import Column, schema_of_columns
-from magicsim.errors import ConvergenceError, MagicsimError, OutputError
+from magicsim.emulator.emulator import OFF
+from magicsim.errors import ConvergenceError, MagicsimError, OutputError, RenderError
 from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.target import output_errors, sole_writer
 from magicsim.light.variant import activate_variant
+from magicsim.scenes.timeline import TierError
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 from magicsim.workers.attempt import Prepare, WorkerOptions, bound_threads, choose_workers
 from magicsim.workers.tasks import run_tasks
@@ -111,6 +115,7 @@ def generate_dataset(
     Raises:
         ConfigError: Drawn values are not allowed together, or the camera's codec is not installed.
         OutputError: The folder is not ours, holds another dataset, or cannot be written; what is finished is kept.
+        RenderError: An emulated frame was farther off a true one than its model says.
     """
     with waiting("making a dataset", told if progress is None else unheard) as share:
         return _generated(
@@ -160,7 +165,7 @@ def _generated(
             for index in map(int, left)
         )
         phase("the untouched image of the first unit, then touches")
-        return _complete(recipe, assembly, episodes, len(left), options, simulator, tasks, progress)
+        return _complete(recipe, assembly, episodes, len(left), options, simulator, columns, tasks, progress)
 
 
 def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> Assembly:
@@ -236,6 +241,17 @@ def _keys(value: object, name: str = "") -> dict[str, object]:
     return {key: each for part, inner in items for key, each in _keys(inner, f"{name}.{part}".lstrip(".")).items()}
 
 
+def _tell_tier(recipe: Recipe, assembly: Assembly, columns: list[Column]) -> None:
+    """Puts into the card how far the frames that were checked are off true ones."""
+    names = [f"tier_{name}" for name in TierError._fields]
+    tables = [pq.read_table(assembly.out / entry.file, columns=names) for entry in assembly.manifest.shards]
+    rows = [row for table in tables for row in zip(*(table[name].to_pylist() for name in names), strict=True)]
+    checked = [TierError(*row) for row in rows if not math.isnan(row[0])]
+    assembly.ledger.place(CARD, dataset_card(recipe, columns, assembly.manifest.versions, checked).encode())
+    files = assembly.manifest.files | {CARD: assembly.ledger.listed(CARD).sha256}
+    assembly.manifest = assembly.manifest.model_copy(update={"files": files})
+
+
 def _complete(
     recipe: Recipe,
     assembly: Assembly,
@@ -243,6 +259,7 @@ def _complete(
     total: int,
     options: WorkerOptions,
     simulator: Simulator,
+    columns: list[Column],
     tasks: Iterable[tuple[int, SampleTask]],
     progress: Callable[[Standing], None],
 ) -> DatasetSummary:
@@ -253,6 +270,8 @@ def _complete(
     with closing(run_tasks(simulator.function, tasks, options, prepare=simulator.prepare)) as outcomes:
         for done, outcome in enumerate(outcomes if total else (), 1):
             assembly.take(outcome)
+            if not outcome.succeeded and outcome.failures[-1].message.startswith(OFF):
+                raise RenderError(f"episode {outcome.key}: {outcome.failures[-1].message}")
             added = recipe.references + episodes[outcome.key].scene.frame_count if outcome.succeeded else 0
             frames += added
             progress(
@@ -261,6 +280,8 @@ def _complete(
                     episode_frames=added, episode_seconds=outcome.seconds,
                 )
             )  # fmt: skip
+    if recipe.render.tier == "fast":
+        _tell_tier(recipe, assembly, columns)
     assembly.write_manifest()
     assembly.ledger.close()
     seconds = time.perf_counter() - start

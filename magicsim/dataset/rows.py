@@ -23,7 +23,8 @@ from magicsim.geometry.indenter import place_object
 from magicsim.geometry.pose import Pose
 from magicsim.light.records.untouched_store import shared_states
 from magicsim.scenes.scene import SceneConfig
-from magicsim.scenes.timeline import FrameState
+from magicsim.scenes.timeline import FrameState, TierError
+from magicsim.simulation.emulation import CHECKED_SHARE
 from magicsim.simulation.episode import SimulatedFrame, truth_row
 from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor
@@ -32,6 +33,7 @@ from magicsim.simulation.touch_truth import touch_columns
 
 DEPTH_STEP_MM = 2.0**-12
 """Depth maps are rounded to this step [mm], far below their error: what is rounded compresses."""
+NONE = (None,) * len(TierError._fields)
 CAMERA_ROTATION = (1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0)
 """Camera frame (x right, y down, z ahead) to the sensor's: it looks along -z with x to the right."""
 
@@ -101,6 +103,7 @@ def _of_scene(scene: SceneConfig, calibration: CameraCalibration) -> dict[str, A
 def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
     state = frame.truth.state
     pose = _pose(scene, state)
+    error = frame.origin.error
     depth, mask = frame.labels.depth_map_mm, frame.labels.contact_mask
     touch, taxels = frame.labels.touch, scene.output.taxels
     touched = touch_columns(touch, taxels) if touch is not None and taxels is not None else {}
@@ -119,6 +122,7 @@ def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
             "flashlight_x_mm": scene.rig.flashlight.x_mm + state.light_x_mm,
             "passing_x_mm": state.passing_mm,
         }
+        | ({f"tier_{name}": value for name, value in zip(TierError._fields, error or NONE, strict=True)})
     )
 
 
@@ -170,7 +174,9 @@ def simulate_sample(task: SampleTask) -> bytes:
     """
     episode = at_force(task.episode)
     scene = episode.scene
-    frames = list(stream_frames(Sensor.for_scene(scene, untouched=shared_states()), plan_scene(scene)))
+    sensor = Sensor.for_scene(scene, untouched=shared_states())
+    sensor.emulation.checked_share = CHECKED_SHARE
+    frames = list(stream_frames(sensor, plan_scene(scene)))
     constants = task.constants | drawn_columns(episode.values)
     constants |= {"episode": episode.index, "sensor": episode.sensor, "path_kind": episode.path_kind}
     calibration = calibrate_camera(scene.design, scene.rig)

@@ -81,6 +81,9 @@ class Renderer(PlainRenderer):
         are traced anew: for comparison, and where shadows of a dent fall on a coat that has not moved."""
         self.leaves_out_far = True
         """Whether an object that is too far to be seen is left out; otherwise it is rendered, for comparison."""
+        self.leaves_out_noise = True
+        """Whether changes of light and image are weighed by what is noise in them; otherwise all of them counts: right
+        in the mean of many frames, as what is trained on them needs it."""
         self._whole_film = film(
             elastomer.design, rig.lens, rig.camera, Window.whole(rig.camera.columns, rig.camera.rows)
         )
@@ -255,7 +258,10 @@ class Renderer(PlainRenderer):
         if traced is not None:
             now[changed] = np.array(traced, np.float64).T
         images = [np.asarray(each.reshape(shape), np.float32) for each in (now, known, before)]
-        found = anchored_image(images[0], images[1], images[2], changed.reshape(shape[:2]))
+        if self.leaves_out_noise:
+            found = anchored_image(images[0], images[1], images[2], changed.reshape(shape[:2]))
+        else:
+            found = images[2] + images[0] - images[1]
         return np.asarray(inner.within(around).of(found)), origin
 
     def _coated(self, view: View) -> tuple[FloatImage, Origin]:
@@ -344,7 +350,7 @@ class Renderer(PlainRenderer):
         # First, as a dent without an object is seen in the scene of the untouched block.
         before = self._before_contact(self._free(view, placed), view.flashlight_x_mm)
         touched = self.light(view)
-        contact = self._contact(placed)
+        contact = self._contact(placed) if self.leaves_out_noise else None
         if view.is_released and contact is None and not self.elastomer.design.is_opaque:
             contact = NO_CONTACT
         field, origin = touched_light(

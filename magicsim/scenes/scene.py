@@ -132,6 +132,13 @@ class RenderSettings(Config):
     """Light particles of the untouched state."""
     anchor_seed: Seed = 0
     """Monte Carlo seed of the untouched state: a property of the sensor, the same for all its episodes."""
+    tier: Literal["true", "fast"] = "true"
+    """Fast: pictures of touches come from a model that was distilled from true frames (`magicsim distil`); all else is
+    rendered, and mechanics are solved, as ever."""
+    model: str | None = None
+    """File of that model; by default one that comes with the program, where one knows the sensor."""
+    outside_domain: Literal["true", "refuse"] = "true"
+    """What becomes of touches that the model does not know: true frames, or an error."""
 
     @property
     def is_recorded(self) -> bool:

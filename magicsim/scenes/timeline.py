@@ -1,7 +1,7 @@
 """The state of a scene at every frame, interpolated from its keyframes."""
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from magicsim.arrays import Array
 from magicsim.geometry.indenter import Indenter
@@ -13,9 +13,10 @@ LightOrigin = Literal["", "untouched", "outside", "before contact", "traced", "a
 """`untouched`: that of the untouched sensor. `outside`: that, and what object and lamps outside change of it.
 `before contact`: kept of the last state before contact (`render.light_change`). `traced`: particles of the frame in the
 deformed block, anchored. `alone`: without the untouched sensor (`render.anchor_samples = 0`, or `volpath`)."""
-ImageOrigin = Literal["", "untouched", "recorded", "traced", "alone"]
+ImageOrigin = Literal["", "untouched", "recorded", "traced", "alone", "emulated"]
 """`untouched`: the image of the anchor, the untouched sensor. `recorded`: all of its camera paths, in other light.
-`traced`: paths of some pixels traced anew, where something moved. `alone`: as for light."""
+`traced`: paths of some pixels traced anew, where something moved. `alone`: as for light. `emulated`: of the fast tier
+(`render.tier`)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,12 +55,25 @@ class View:
         return self.body is None and self.infill is None
 
 
+class TierError(NamedTuple):
+    """How far an emulated frame is off a true one, which has noise of its own [linear grey levels]."""
+
+    mean: float
+    """Mean distance of all pixels and channels."""
+    p95: float
+    """Distance that 95 % of them are below."""
+    p99: float
+    """Distance that 99 % of them are below."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Origin:
     """How one frame was made; empty where nobody said."""
 
     light: LightOrigin = ""
     image: ImageOrigin = ""
+    error: TierError | None = None
+    """How far an emulated frame is off, where it was rendered truly as well."""
 
 
 UNKNOWN_ORIGIN = Origin()

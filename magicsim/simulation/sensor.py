@@ -37,6 +37,7 @@ from magicsim.scenes.refusals import sensor_refusal
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import ContactSettings, RenderSettings, SceneConfig, TaxelSettings
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin, View, timeline
+from magicsim.simulation.emulation import Emulation
 from magicsim.simulation.meshes import attach_meshes, check_walls, deformed_vertices, marker_map
 from magicsim.simulation.touch_truth import TouchTruth
 
@@ -110,6 +111,8 @@ class Sensor:
         self.meshes = attach_meshes(self.elastomer, self.lattice)
         self.renderer = self._build_renderer(untouched)
         self._facing: Renderer | None = None
+        self.emulation = Emulation()
+        """What is emulated, where that is asked for."""
         self.companion = companion
         """What may be seen beside the object."""
         self._opposite = opposite
@@ -160,7 +163,7 @@ class Sensor:
         other.seed = self.seed + turn
         other.settings = self.settings.model_copy(update={"anchor_seed": self.settings.anchor_seed + turn})
         other.renderer = self.renderer.reseeded(seed=other.seed, anchor_seed=other.settings.anchor_seed)
-        other._facing = None
+        other._facing, other.emulation = None, Emulation()
         return other
 
     def with_rig(self, rig: Rig, *, design: ElastomerDesign | None = None, is_alike: bool = False) -> Self:
@@ -176,7 +179,7 @@ class Sensor:
         if design is not None:
             other.design, other.elastomer = design, build_elastomer(design, facet_mm=self.settings.facet_mm)
         if not is_alike:
-            other.renderer, other._facing = other._build_renderer(None), None
+            other.renderer, other._facing, other.emulation = other._build_renderer(None), None, Emulation()
         return other
 
     @property
@@ -307,7 +310,13 @@ class Sensor:
 
     @on_one_blas_thread
     def render(self, state: FrameState, deformation: Deformation | Displacement) -> tuple[FloatImage, Origin]:
-        """Radiance of a state, and the origin of its light."""
+        """Radiance of a state, and the origin of its light.
+
+        Raises:
+            ConfigError: The fast tier is asked for, does not know the touch, and may not render it truly.
+        """
+        if self.settings.tier == "fast" and (found := self.emulation.frame(self, state, deformation)) is not None:
+            return found
         view = self.view(state, deformation)
         return (self.renderer if view.facing_mm is None else self._facing_renderer()).render(view)
 

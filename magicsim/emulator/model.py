@@ -1,0 +1,217 @@
+"""A distilled model of one sensor's touches: one file with its network, what it knows, and how far off it was.
+
+The file is a ZIP archive of `network.onnx`, `model.json` (see `ModelFacts`) and `rest.npy`, the coarse untouched image
+that the sensor had when the model was made.
+"""
+
+import hashlib
+import io
+import json
+import zipfile
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any, Literal, Self
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+
+from magicsim.arrays import FloatImage
+from magicsim.config.models import Config, validate
+from magicsim.config.presets import preset_root
+from magicsim.emulator.fields import Fields, filled
+from magicsim.errors import ConfigError
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.light.records.untouched import OPTICAL_CAMERA, untouched_key
+from magicsim.scenes.rig import Rig
+from magicsim.scenes.scene import RenderSettings
+
+NETWORK, FACTS, REST = "network.onnx", "model.json", "rest.npy"
+ENDING = ".touch"
+MODELS = "scenes/models"
+"""Models that come with the program."""
+COARSE_PX = 16
+"""Pixels along a side that are one of the coarse untouched image."""
+SAME_REST = 0.01
+"""Root mean square difference of untouched images, in units of their mean, up to which they are of the same sensor."""
+LIGHTS = frozenset({"strips", "leds", "ring", "lens"})
+ALL = "all"
+"""What the row of all touches says that it is of."""
+Interval = tuple[float, float]
+
+
+class ErrorRow(Config):
+    """How far off the model was in one kind of state that it had not seen, in linear grey levels of the rig's exposure.
+
+    Errors are those of the change by a touch; the noise of the true frames is taken off.
+    """
+
+    states: str
+    """Which."""
+    touches: int
+    """How many of them."""
+    change: float
+    """What the touch changes, root mean square."""
+    error: float
+    """Root mean square error."""
+    true_tier: float
+    """Root mean square error of a frame of the true tier, with its own noise."""
+
+
+class ModelFacts(Config):
+    """What a model says of itself."""
+
+    schema_version: Literal[1] = 1
+    name: str
+    """Design and rig that it was made for."""
+    sensor: dict[str, str | Interval]
+    """Settings of design, lights, lens and camera that a picture depends on: a text, or from which number to which."""
+    rest_key: str
+    """Digest of the sensor and room that the coarse untouched image is of."""
+    rooms: list[str]
+    """Rooms of the touches that it learned from."""
+    kinds: list[str]
+    """Kinds of objects."""
+    depth_mm: float
+    """Deepest touch."""
+    specular: float
+    """Glossiest object."""
+    spacing_mm: float
+    """Finest texture."""
+    touches: int
+    """Touches that it learned from."""
+    errors: list[ErrorRow] = Field(default_factory=list)
+    versions: dict[str, str]
+    """What made it, see `magicsim.config.program.versions`."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TouchModel:
+    """A model that was read."""
+
+    facts: ModelFacts
+    network: bytes
+    """ONNX."""
+    rest: npt.NDArray[np.float32]
+    """Coarse untouched image of the sensor without tolerances, in the rig's own room and in units of its mean."""
+
+    @classmethod
+    def read(cls, path: Path) -> Self:
+        """From a file.
+
+        Raises:
+            ConfigError: It cannot be read, or is not a model.
+        """
+        try:
+            with zipfile.ZipFile(path) as archive:
+                facts, network = json.loads(archive.read(FACTS)), archive.read(NETWORK)
+                rest = np.load(io.BytesIO(archive.read(REST)), allow_pickle=False)
+        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+            raise ConfigError(f"render.model = '{path}' is not a model of touches: {error}") from None
+        return cls(facts=validate(ModelFacts, facts, source=str(path)), network=network, rest=rest)
+
+    def to_bytes(self) -> bytes:
+        """The file."""
+        rest, file = io.BytesIO(), io.BytesIO()
+        np.save(rest, self.rest)
+        content = {FACTS: self.facts.model_dump_json(indent=1).encode(), NETWORK: self.network, REST: rest.getvalue()}
+        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, each in content.items():
+                archive.writestr(zipfile.ZipInfo(name), each, zipfile.ZIP_DEFLATED)
+        return file.getvalue()
+
+    def refusal(self, design: ElastomerDesign, rig: Rig) -> str | None:
+        """What of a sensor the model does not know, in words; None where it knows all."""
+        now = sensor_facts(design, rig)
+        for name in sorted(now.keys() | self.facts.sensor.keys()):
+            known, value = self.facts.sensor.get(name), now.get(name)
+            if isinstance(known, tuple) and isinstance(value, float):
+                slack = 1e-6 * max(1.0, abs(known[0]))
+                if known[0] - slack <= value <= known[1] + slack:
+                    continue
+            elif known == value:
+                continue
+            allowed = f"{known[0]:g} to {known[1]:g}" if isinstance(known, tuple) else known
+            return f"{name} = {value} is not what the model '{self.facts.name}' knows ({allowed})"
+        return None
+
+    def predict(self, fields: Fields) -> FloatImage:
+        """What the network says, shape (rows, columns, 3), in units of the mean untouched radiance.
+
+        Args:
+            fields: Of one touch, see `FieldMaker`.
+        """
+        rows, columns = 2 * fields.shape[1], 2 * fields.shape[2]
+        self._net.setInput(filled(fields)[None])
+        return np.asarray(self._net.forward()[0].transpose(1, 2, 0)[:rows, :columns], np.float32)
+
+    @cached_property
+    def _net(self) -> Any:  # noqa: ANN401 - OpenCV's
+        try:
+            return cv2.dnn.readNetFromONNX(np.frombuffer(self.network, np.uint8))
+        except cv2.error:
+            raise ConfigError(f"the network of the model '{self.facts.name}' is damaged") from None
+
+
+def sensor_facts(design: ElastomerDesign, rig: Rig) -> dict[str, str | float]:
+    """Settings that a picture depends on, by their paths: numbers, and all else as text; rooms are none of them."""
+    data = {
+        "design": design.model_dump(mode="json"),
+        "rig": rig.model_dump(mode="json", include=set(LIGHTS)),
+        "camera": rig.camera.model_dump(mode="json", include=set(OPTICAL_CAMERA)),
+    }
+    return dict(_leaves("", data))
+
+
+def _leaves(path: str, value: object) -> list[tuple[str, str | float]]:
+    if isinstance(value, dict):
+        return [leaf for key, each in value.items() for leaf in _leaves(f"{path}.{key}" if path else key, each)]
+    if isinstance(value, list):
+        return [leaf for place, each in enumerate(value) for leaf in _leaves(f"{path}.{place}", each)]
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return [(path, float(str(value)) if is_number else str(value))]
+
+
+def rest_key(design: ElastomerDesign, rig: Rig) -> str:
+    """Digest of a sensor and its room."""
+    return hashlib.sha256(untouched_key(design, rig, RenderSettings()).encode()).hexdigest()
+
+
+def coarse(rest: FloatImage) -> npt.NDArray[np.float32]:
+    """An untouched image, coarse and in units of its mean."""
+    size = (max(1, rest.shape[1] // COARSE_PX), max(1, rest.shape[0] // COARSE_PX))
+    return np.asarray(cv2.resize(rest / rest.mean(), size, interpolation=cv2.INTER_AREA), np.float32)
+
+
+@lru_cache(maxsize=4)
+def _read(path: Path, _changed: int) -> TouchModel:
+    return TouchModel.read(path)
+
+
+def find_model(name: str | None, design: ElastomerDesign, rig: Rig) -> tuple[TouchModel | None, str]:
+    """The model for a sensor and no words, or none and why.
+
+    Args:
+        name: Its file; by default one that comes with the program.
+        design: The block.
+        rig: What surrounds it.
+
+    Raises:
+        ConfigError: The named file does not exist or is not a model.
+    """
+    paths = [Path(name)] if name is not None else sorted((preset_root() / MODELS).glob(f"*{ENDING}"))
+    reason = "no model comes with the program for this design and rig; `magicsim distil` makes one"
+    for path in paths:
+        try:
+            changed = path.stat().st_mtime_ns
+        except OSError as error:
+            raise ConfigError(f"render.model = '{path}' cannot be read: {error.strerror}") from None
+        model = _read(path.absolute(), changed)
+        refused = model.refusal(design, rig)
+        if refused is None:
+            return model, ""
+        if name is not None:
+            reason = refused
+    return None, reason

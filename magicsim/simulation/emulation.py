@@ -1,0 +1,102 @@
+"""Which pictures of a sensor are emulated, and by what (`render.tier = "fast"`)."""
+
+import hashlib
+import logging
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from magicsim.arrays import Array, FloatImage
+from magicsim.camera.exposure import meter
+from magicsim.camera.projection import pixel_landing_mm
+from magicsim.deform.deformation import Deformation, Displacement
+from magicsim.emulator.emulator import EMULATED, OFF, Emulator, compared, refused
+from magicsim.errors import RenderError
+from magicsim.light.frame.frame_light import LIFTED_MM
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin, TierError
+from magicsim.simulation.truth import contact_mask
+
+if TYPE_CHECKING:
+    from magicsim.simulation.sensor import Sensor
+
+LOGGER = logging.getLogger(__name__)
+CHECKED_SHARE = 0.015
+"""Share of a dataset's emulated frames that are rendered truly as well."""
+
+
+def before_contact(state: FrameState) -> FrameState:
+    """The state with its object moved back until it only just does not touch."""
+    return replace(state, gap_mm=LIFTED_MM)
+
+
+@dataclass(slots=True, kw_only=True)
+class Emulation:
+    """The emulator of one sensor, once a touch asks for it, and what was said of touches that it does not know."""
+
+    checked_share: float = 0.0
+    """Share of the emulated frames that are rendered truly as well, to tell how far off they are."""
+    emulator: Emulator | str | None = None
+    """A text says why there is none."""
+    landing_mm: Array = field(default_factory=lambda: np.zeros(0))
+    """Where pixels look on the contact face, shape (rows, columns, 2) [mm]."""
+    said: set[str] = field(default_factory=set)
+
+    def frame(
+        self, sensor: "Sensor", state: FrameState, deformation: Deformation | Displacement
+    ) -> tuple[FloatImage, Origin] | None:
+        """Radiance of a touch and its origin; None for states that are rendered.
+
+        Raises:
+            ConfigError: The model does not know the touch, and the scene wants no true frame then.
+            RenderError: A frame that was checked is farther off than the model says that its frames are.
+        """
+        if not state.can_touch or deformation.is_rest or not isinstance(deformation, Deformation):
+            return None
+        if self.emulator is None:
+            self.emulator = self._emulator(sensor)
+            self.landing_mm = pixel_landing_mm(sensor.design, sensor.rig.lens, sensor.rig.camera)
+        emulator = self.emulator
+        problem = emulator if isinstance(emulator, str) else emulator.refusal(state)
+        if problem is not None or isinstance(emulator, str):
+            self._refuse(sensor, str(problem))
+            return None
+        image = emulator.radiance(
+            before_contact(state), sensor.printed_displacements_mm(deformation),
+            contact_mask(deformation, self.landing_mm), lambda free: sensor.radiance(free, sensor.rest),
+        )  # fmt: skip
+        if not self._is_checked(sensor.seed, state):
+            return image, EMULATED
+        return image, replace(EMULATED, error=self._error(sensor, state, deformation, image))
+
+    def _emulator(self, sensor: "Sensor") -> Emulator | str:
+        design, contact = sensor.design, sensor.contact
+        if design.is_opaque or design.face is not None:
+            return "faces with a coat or a shape are none that a model knows"
+        if contact.coupling != "wet" or contact.rate_dependent:
+            return "contact.coupling = 'dry' and contact.rate_dependent = true are none that a model knows"
+        return Emulator.of(
+            design, sensor.rig, sensor.object, sensor.settings, sensor.printed.nodes_mm,
+            lambda: sensor.radiance(UNTOUCHED, sensor.rest),
+        )  # fmt: skip
+
+    def _is_checked(self, seed: int, state: FrameState) -> bool:
+        """Drawn by the frame itself, so that it does not depend on who renders it when."""
+        digest = hashlib.sha256(f"{seed} {state}".encode()).digest()
+        return int.from_bytes(digest[:4]) < self.checked_share * 2**32
+
+    def _error(self, sensor: "Sensor", state: FrameState, deformation: Deformation, image: FloatImage) -> TierError:
+        true = sensor.renderer.radiance(sensor.view(state, deformation))
+        gain = 255 * np.asarray(meter(sensor.radiance(UNTOUCHED, sensor.rest), sensor.rig.camera, sensor.rig.lit).gain)
+        error = compared(image, true, gain)
+        assert isinstance(self.emulator, Emulator)
+        if error.mean > (bound := self.emulator.bound):
+            raise RenderError(f"{OFF} {error.mean:.2g} grey levels in a touch, at most {bound:.2g} is allowed: {state}")
+        return error
+
+    def _refuse(self, sensor: "Sensor", problem: str) -> None:
+        if sensor.settings.outside_domain == "refuse":
+            raise refused(problem)
+        if problem not in self.said:
+            self.said.add(problem)
+            LOGGER.warning("true frames in place of fast ones: %s", problem)

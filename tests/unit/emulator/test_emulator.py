@@ -1,0 +1,204 @@
+"""The fast tier of a sensor: what is emulated, what is rendered, and what is refused in one line."""
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from magicsim.camera.exposure import meter
+from magicsim.dataset.card import tier_sentence
+from magicsim.dataset.generate import Simulator, generate_dataset
+from magicsim.dataset.recipes.recipe import load_recipe
+from magicsim.dataset.rows import simulate_sample
+from magicsim.dataset.verify import verify_dataset
+from magicsim.emulator.emulator import EMULATED, OFF
+from magicsim.emulator.model import ErrorRow, TouchModel
+from magicsim.errors import ConfigError, RenderError
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, TierError
+from magicsim.simulation.emulation import before_contact
+from magicsim.simulation.sensor import Sensor
+from magicsim.workers.attempt import Failure, FailureKind, Outcome
+
+from .sensors import COLOUR, SMALL, small_model, small_scene
+
+
+def at(gap_mm: float, **changed: object) -> FrameState:
+    state = {"gap_mm": gap_mm, "x_mm": 0.0, "y_mm": 0.0, "twist_deg": 0.0, "flashlight": False, "light_x_mm": 0.0}
+    return FrameState(**(state | changed))
+
+
+@pytest.fixture(scope="module")
+def true() -> Sensor:
+    return Sensor.for_scene(small_scene())
+
+
+@pytest.fixture(scope="module")
+def rest(true):
+    return true.radiance(UNTOUCHED, true.rest)
+
+
+@pytest.fixture
+def fast(true, rest, tmp_path):
+    """Makes the sensor with a model that a test changes."""
+
+    def make(*settings: str, **changed: object) -> Sensor:
+        path = tmp_path / "made-up.touch"
+        path.write_bytes(small_model(small_scene(), rest, **changed).to_bytes())
+        return Sensor.for_scene(small_scene("render.tier=fast", f"render.model='{path}'", *settings))
+
+    return make
+
+
+@pytest.fixture(scope="module")
+def pressed(true):
+    return true.deform(at(-1.0), true.rest)
+
+
+def test_a_touch_is_the_frame_before_contact_and_what_the_network_says(fast, true, rest, pressed):
+    image, origin = fast().render(at(-1.0), pressed)
+    assert origin == EMULATED
+    before = true.radiance(before_contact(at(-1.0)), true.rest)
+    change = (image - before) / rest.mean()
+    middle, corner = change[28:36, 20:28].mean((0, 1)), change[:6, :6].mean((0, 1))
+    np.testing.assert_allclose(middle, COLOUR, rtol=0.1)  # the gate is nearly open there
+    np.testing.assert_allclose(corner, 0, atol=1e-6)
+
+
+def test_what_does_not_touch_is_rendered_with_the_same_bytes(fast, true):
+    sensor = fast()
+    for state in (UNTOUCHED, at(0.5)):
+        image, origin = sensor.render(state, sensor.rest)
+        assert origin != EMULATED
+        np.testing.assert_array_equal(image, true.radiance(state, true.rest))
+
+
+def test_true_is_what_the_tier_is_where_nobody_asks(true, pressed):
+    assert true.render(at(-1.0), pressed)[1].image == "traced"
+
+
+@pytest.mark.parametrize(
+    ("changed", "state", "line"),
+    [
+        ({"depth_mm": 0.5}, at(-1.0), "1 mm deep is deeper than the 0.5 mm"),
+        ({}, at(-1.0, flashlight=True), "under a flashlight"),
+        ({"spacing_mm": 0.0, "specular": -0.1}, at(-1.0), "object.specular = 0 is more than the -0.1"),
+    ],
+)
+def test_what_the_model_does_not_know_is_rendered_or_refused(fast, pressed, caplog, changed, state, line):
+    assert fast(**changed).render(state, pressed)[1] != EMULATED
+    assert line in caplog.text
+    with pytest.raises(ConfigError, match=line):
+        fast('render.outside_domain="refuse"', **changed).render(state, pressed)
+
+
+@pytest.mark.parametrize(
+    ("setting", "line"),
+    [
+        ("design.skin_mm=0.7", "design.skin_mm = 0.7 is not what the model 'made up' knows .0.8 to 0.8."),
+        ("rig.camera.columns=32", "camera.columns = 32"),
+        ("contact.coupling=dry", "contact.coupling = 'dry'"),
+    ],
+)
+def test_another_sensor_is_refused_by_its_field(fast, setting, line):
+    sensor = fast(setting, 'render.outside_domain="refuse"')
+    with pytest.raises(ConfigError, match=line):
+        sensor.radiance(at(-1.0), sensor.deform(at(-1.0), sensor.rest))
+
+
+def test_an_untouched_image_that_code_has_changed_is_told(true, rest, tmp_path, pressed):
+    path = tmp_path / "older.touch"
+    model = small_model(small_scene(), rest * np.linspace(0.9, 1.1, rest.shape[1])[:, None])
+    path.write_bytes(model.to_bytes())
+    sensor = Sensor.for_scene(small_scene("render.tier=fast", f"render.model='{path}'", "render.outside_domain=refuse"))
+    with pytest.raises(ConfigError, match=r"the untouched image differs by \d\.\d% "):
+        sensor.radiance(at(-1.0), pressed)
+
+
+def test_a_damaged_or_missing_file_is_one_line(tmp_path, rest):
+    path = tmp_path / "damaged.touch"
+    path.write_bytes(small_model(small_scene(), rest).to_bytes()[:-300])
+    with pytest.raises(ConfigError, match=r"damaged\.touch' is not a model of touches"):
+        TouchModel.read(path)
+    sensor = Sensor.for_scene(small_scene("render.tier=fast", f"render.model='{tmp_path / 'none.touch'}'"))
+    with pytest.raises(ConfigError, match=r"none\.touch' cannot be read: No such file"):
+        sensor.radiance(at(-1.0), sensor.deform(at(-1.0), sensor.rest))
+
+
+def test_a_model_comes_back_from_its_file(tmp_path, rest):
+    model = small_model(small_scene(), rest)
+    path = tmp_path / "made-up.touch"
+    path.write_bytes(model.to_bytes())
+    again = TouchModel.read(path)
+    assert (again.facts, again.network) == (model.facts, model.network)
+    np.testing.assert_array_equal(again.rest, model.rest)
+    assert model.to_bytes() == model.to_bytes()
+
+
+def row(error: float) -> ErrorRow:
+    return ErrorRow(states="all", touches=1, change=1.0, error=error, true_tier=0.0)
+
+
+def test_a_frame_that_is_checked_tells_how_far_it_is_off(fast, true, rest, pressed):
+    sensor = fast(errors=[row(100.0)])
+    sensor.emulation.checked_share = 1.0
+    image, origin = sensor.render(at(-1.0), pressed)
+    gain = 255 * meter(rest, sensor.rig.camera, sensor.rig.lit).gain
+    off = np.abs(gain * (image.astype(float) - true.radiance(at(-1.0), pressed)))
+    assert origin.error.mean == pytest.approx(off.mean(), rel=1e-6)
+    assert origin.error.p99 == pytest.approx(np.percentile(off, 99), rel=1e-6)
+    assert origin.error.mean < origin.error.p95 < origin.error.p99
+
+
+def test_a_frame_that_is_too_far_off_is_an_error(fast, pressed):
+    sensor = fast(errors=[row(0.01)])
+    sensor.emulation.checked_share = 1.0
+    with pytest.raises(RenderError, match=rf"{OFF} .* grey levels in a touch, at most 0.03 is allowed"):
+        sensor.render(at(-1.0), pressed)
+
+
+def test_the_card_of_a_dataset_says_how_far_its_frames_are_off():
+    sentence = tier_sentence([TierError(0.5, 2.0, 4.0), TierError(0.7, 3.0, 6.0)])
+    assert "2 of them" in sentence
+    assert "0.60 linear grey levels in the mean, 95 % of values by less than 2.5, 99 % by less than 5.0" in sentence
+    assert "none of them" in tier_sentence([])
+
+
+@pytest.mark.slow
+def test_a_dataset_of_emulated_touches_names_them_and_stops_where_they_are_wrong(rest, tmp_path, monkeypatch):
+    path = tmp_path / "made-up.touch"
+    press = "paths=[{kind='touch',gap_mm=0.5,depth_mm=1.0,approach_frames=1,press_frames=1,shear_frames=0,"
+    settings = [
+        *(each for each in SMALL if "references" not in each), "episodes=1", "rooms=[]", "tolerances={}", "camera={}",
+        "objects=[{kind='sphere',radius_mm=5.0}]", press + "twist_frames=0,hold_frames=0,release_frames=0}]",
+        "rig=digit-office", "rig.room=dark", "render.tier=fast", f"render.model='{path}'",
+    ]  # fmt: skip
+    monkeypatch.setattr("magicsim.dataset.rows.CHECKED_SHARE", 1.0)
+    for error in (100.0, 0.001):
+        path.write_bytes(small_model(small_scene(), rest, errors=[row(error)]).to_bytes())
+        recipe = load_recipe("default", settings)
+        simulator = Simulator(function=simulate_sample, prepare=None)
+        monkeypatch.setattr("magicsim.dataset.generate.run_tasks", here)
+        out = tmp_path / f"{error:g}"
+        if error < 1:
+            with pytest.raises(RenderError, match=f"episode 0: {OFF}"):
+                generate_dataset(recipe, out, simulator=simulator)
+            break
+        generate_dataset(recipe, out, simulator=simulator)
+        rows = [each for file in (out / "data").glob("*.parquet") for each in pq.read_table(file).to_pylist()]
+        touched = [each for each in rows if each["contact"]]
+        assert touched
+        assert {each["image_way"] for each in touched} == {"emulated"}
+        assert all(each["tier_mean"] > 0 for each in touched)
+        assert all(np.isnan(each["tier_mean"]) for each in rows if not each["contact"])
+        assert f"{len(touched)} of them, drawn at random" in (out / "README.md").read_text()
+        assert verify_dataset(out).problems == []
+
+
+def here(function, tasks, _options, *, prepare=None):
+    """Runs tasks in this process."""
+    for key, task in tasks:
+        try:
+            yield Outcome(key=key, result=function(task), failures=(), seconds=0.0)
+        except RenderError as error:
+            yield Outcome(
+                key=key, result=None, failures=(Failure(kind=FailureKind.REFUSED, message=str(error)),), seconds=0.0
+            )
