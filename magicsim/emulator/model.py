@@ -11,7 +11,7 @@ import zipfile
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import cv2
 import numpy as np
@@ -36,10 +36,18 @@ COARSE_PX = 16
 """Pixels along a side that are one of the coarse untouched image."""
 SAME_REST = 0.01
 """Root mean square difference of untouched images, in units of their mean, up to which they are of the same sensor."""
+UNSEEN = {"schema_version", "mounting", "lattice", "limits"}
+"""Settings of a design that no picture depends on but through displacements, which the network sees."""
+UNSEEN_OF_MATERIALS = {
+    "body": {"youngs_modulus_mpa", "poisson_ratio", "prony"}, "infill": {"shear_modulus_mpa", "bulk_modulus_mpa"},
+}  # fmt: skip
 LIGHTS = frozenset({"strips", "leds", "ring", "lens"})
 ALL = "all"
 """What the row of all touches says that it is of."""
-Interval = tuple[float, float]
+Number = Annotated[float, Field(ge=-1e9, le=1e9)]
+Amount = Annotated[float, Field(ge=0, le=1e9)]
+Count = Annotated[int, Field(ge=0, le=1_000_000_000)]
+Interval = tuple[Number, Number]
 
 
 class ErrorRow(Config):
@@ -50,13 +58,13 @@ class ErrorRow(Config):
 
     states: str
     """Which."""
-    touches: int
+    touches: Count
     """How many of them."""
-    change: float
+    change: Amount
     """What the touch changes, root mean square."""
-    error: float
+    error: Amount
     """Root mean square error."""
-    true_tier: float
+    true_tier: Amount
     """Root mean square error of a frame of the true tier, with its own noise."""
 
 
@@ -74,13 +82,13 @@ class ModelFacts(Config):
     """Rooms of the touches that it learned from."""
     kinds: list[str]
     """Kinds of objects."""
-    depth_mm: float
+    depth_mm: Amount
     """Deepest touch."""
-    specular: float
+    specular: Number
     """Glossiest object."""
-    spacing_mm: float
+    spacing_mm: Amount
     """Finest texture."""
-    touches: int
+    touches: Count
     """Touches that it learned from."""
     errors: list[ErrorRow] = Field(default_factory=list)
     versions: dict[str, str]
@@ -158,7 +166,8 @@ class TouchModel:
 def sensor_facts(design: ElastomerDesign, rig: Rig) -> dict[str, str | float]:
     """Settings that a picture depends on, by their paths: numbers, and all else as text; rooms are none of them."""
     data = {
-        "design": design.model_dump(mode="json"),
+        "design": design.model_dump(mode="json", exclude=UNSEEN | {"materials"}),
+        "materials": design.materials.model_dump(mode="json", exclude=UNSEEN_OF_MATERIALS),
         "rig": rig.model_dump(mode="json", include=set(LIGHTS)),
         "camera": rig.camera.model_dump(mode="json", include=set(OPTICAL_CAMERA)),
     }

@@ -40,7 +40,9 @@ class Quality:
         data["output"] |= self.output
         given = data["render"]
         given |= {name: min(value, given[name]) for name, value in self.render.items()}
-        for settings, bounds in ((given, self.bounds), (data["rig"]["camera"], self.camera)):
+        # A model of the fast tier knows the camera's own pixels, and renders no touch by them.
+        camera = self.camera if scene.render.tier == "true" else {}
+        for settings, bounds in ((given, self.bounds), (data["rig"]["camera"], camera)):
             settings |= {name: max(value, settings[name]) for name, value in bounds.items()}
         return validate(SceneConfig, data, source=f"quality '{self.name}'")
 

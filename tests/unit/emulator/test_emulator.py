@@ -1,5 +1,7 @@
 """The fast tier of a sensor: what is emulated, what is rendered, and what is refused in one line."""
 
+import re
+
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
@@ -10,9 +12,11 @@ from magicsim.dataset.generate import Simulator, generate_dataset
 from magicsim.dataset.recipes.recipe import load_recipe
 from magicsim.dataset.rows import simulate_sample
 from magicsim.dataset.verify import verify_dataset
-from magicsim.emulator.emulator import EMULATED, OFF
-from magicsim.emulator.model import ErrorRow, TouchModel
+from magicsim.deform.lattice.structure import build_lattice
+from magicsim.emulator.emulator import EMULATED, OFF, Emulator
+from magicsim.emulator.model import ErrorRow, TouchModel, find_model
 from magicsim.errors import ConfigError, RenderError
+from magicsim.robot import LiveSensor
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, TierError
 from magicsim.simulation.emulation import before_contact
 from magicsim.simulation.sensor import Sensor
@@ -75,42 +79,78 @@ def test_true_is_what_the_tier_is_where_nobody_asks(true, pressed):
     assert true.render(at(-1.0), pressed)[1].image == "traced"
 
 
+def emulator_of(path, model: TouchModel, rest, *settings: str) -> Emulator | str:
+    path.write_bytes(model.to_bytes())
+    scene = small_scene(f"render.model='{path}'", *settings)
+    return Emulator.of(
+        scene.design, scene.rig, scene.object, scene.render, build_lattice(scene.design).nodes_mm, lambda: rest
+    )
+
+
 @pytest.mark.parametrize(
-    ("changed", "state", "line"),
+    ("state", "line"),
     [
-        ({"depth_mm": 0.5}, at(-1.0), "1 mm deep is deeper than the 0.5 mm"),
-        ({}, at(-1.0, flashlight=True), "under a flashlight"),
-        ({"spacing_mm": 0.0, "specular": -0.1}, at(-1.0), "object.specular = 0 is more than the -0.1"),
+        (at(-2.0), "a touch 2 mm deep is deeper than the 1.5 mm"),
+        (at(-1.0, flashlight=True), "under a flashlight"),
+        (at(-1.0, facing_mm=30.0), "before another finger"),
+        (at(-1.0), None),
     ],
 )
-def test_what_the_model_does_not_know_is_rendered_or_refused(fast, pressed, caplog, changed, state, line):
-    assert fast(**changed).render(state, pressed)[1] != EMULATED
-    assert line in caplog.text
-    with pytest.raises(ConfigError, match=line):
-        fast('render.outside_domain="refuse"', **changed).render(state, pressed)
+def test_touches_that_the_model_does_not_know_are_told(rest, tmp_path, state, line):
+    problem = emulator_of(tmp_path / "a.touch", small_model(small_scene(), rest), rest).refusal(state)
+    assert problem is None if line is None else line in problem
 
 
 @pytest.mark.parametrize(
     ("setting", "line"),
     [
-        ("design.skin_mm=0.7", "design.skin_mm = 0.7 is not what the model 'made up' knows .0.8 to 0.8."),
+        ("design.skin_mm=0.7", "design.skin_mm = 0.7 is not what the model 'made up' knows (0.8 to 0.8)"),
         ("rig.camera.columns=32", "camera.columns = 32"),
-        ("contact.coupling=dry", "contact.coupling = 'dry'"),
+        ("object.specular=0.4", "object.specular = 0.4 is more than the 0 that its model knows"),
+        ("object={kind='dots',radius_mm=0.2,spacing_mm=0.9}", "object.spacing_mm = 0.9 is finer than the 1"),
     ],
 )
-def test_another_sensor_is_refused_by_its_field(fast, setting, line):
-    sensor = fast(setting, 'render.outside_domain="refuse"')
-    with pytest.raises(ConfigError, match=line):
-        sensor.radiance(at(-1.0), sensor.deform(at(-1.0), sensor.rest))
+def test_another_sensor_or_object_is_told_by_its_field(rest, tmp_path, setting, line):
+    found = emulator_of(tmp_path / "a.touch", small_model(small_scene(), rest), rest, setting)
+    assert isinstance(found, str)
+    assert line in found
 
 
-def test_an_untouched_image_that_code_has_changed_is_told(true, rest, tmp_path, pressed):
-    path = tmp_path / "older.touch"
+def test_an_untouched_image_that_code_has_changed_is_told(rest, tmp_path):
     model = small_model(small_scene(), rest * np.linspace(0.9, 1.1, rest.shape[1])[:, None])
-    path.write_bytes(model.to_bytes())
-    sensor = Sensor.for_scene(small_scene("render.tier=fast", f"render.model='{path}'", "render.outside_domain=refuse"))
-    with pytest.raises(ConfigError, match=r"the untouched image differs by \d\.\d% "):
-        sensor.radiance(at(-1.0), pressed)
+    found = emulator_of(tmp_path / "older.touch", model, rest)
+    assert isinstance(found, str)
+    assert re.match(r"the untouched image differs by \d\.\d% ", found)
+
+
+def test_what_is_not_known_is_rendered_with_a_line_or_refused(fast, pressed, caplog):
+    deep = {"depth_mm": 0.5}
+    assert fast(**deep).render(at(-1.0), pressed)[1] != EMULATED
+    line = "a touch 1 mm deep is deeper than the 0.5 mm that its model knows"
+    assert f"true frames in place of fast ones: {line}" in caplog.text
+    with pytest.raises(ConfigError, match=rf"render\.tier = 'fast' is not allowed here: {line}"):
+        fast('render.outside_domain="refuse"', **deep).render(at(-1.0), pressed)
+    with pytest.raises(ConfigError, match=r"contact\.coupling = 'dry'"):
+        fast("contact.coupling=dry", 'render.outside_domain="refuse"').render(at(-1.0), pressed)
+
+
+def test_stiffness_and_lattice_are_none_of_what_a_model_asks_for(rest, tmp_path):
+    settings = (
+        "design.materials.body.youngs_modulus_mpa=2.5",
+        "design.lattice.growth=3.0",
+        "design.limits.force_n=3.0",
+    )
+    found = emulator_of(tmp_path / "a.touch", small_model(small_scene(), rest), rest, *settings)
+    assert isinstance(found, Emulator)
+
+
+def test_a_live_sensor_of_control_quality_emulates_its_touches(true, rest, tmp_path):
+    path = tmp_path / "made-up.touch"
+    path.write_bytes(small_model(small_scene(), rest).to_bytes())
+    settings = ("render.tier=fast", f"render.model='{path}'", "render.outside_domain=refuse")
+    with LiveSensor(small_scene(*settings), quality="control", told=lambda _line: None) as sensor:
+        sensor.move_to(gap_mm=-0.5)
+        assert sensor.frame().origin == EMULATED
 
 
 def test_a_damaged_or_missing_file_is_one_line(tmp_path, rest):
@@ -118,9 +158,8 @@ def test_a_damaged_or_missing_file_is_one_line(tmp_path, rest):
     path.write_bytes(small_model(small_scene(), rest).to_bytes()[:-300])
     with pytest.raises(ConfigError, match=r"damaged\.touch' is not a model of touches"):
         TouchModel.read(path)
-    sensor = Sensor.for_scene(small_scene("render.tier=fast", f"render.model='{tmp_path / 'none.touch'}'"))
     with pytest.raises(ConfigError, match=r"none\.touch' cannot be read: No such file"):
-        sensor.radiance(at(-1.0), sensor.deform(at(-1.0), sensor.rest))
+        find_model(str(tmp_path / "none.touch"), small_scene().design, small_scene().rig)
 
 
 def test_a_model_comes_back_from_its_file(tmp_path, rest):
