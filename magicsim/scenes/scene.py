@@ -1,6 +1,6 @@
 """A scene: a design on a rig, and what moves. The configuration of `scenes/*.toml`."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -139,6 +139,16 @@ class RenderSettings(Config):
     """File of that model; by default one that comes with the program, where one knows the sensor."""
     outside_domain: Literal["true", "refuse"] = "true"
     """What becomes of touches that the model does not know: true frames, or an error."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_words(cls, data: object) -> object:
+        """Takes `true` without quotes, a truth value to TOML, for the word."""
+        if not isinstance(data, Mapping):
+            return data
+        return {
+            key: "true" if key in {"tier", "outside_domain"} and value is True else value for key, value in data.items()
+        }
 
     @property
     def is_recorded(self) -> bool:

@@ -75,6 +75,13 @@ def test_what_does_not_touch_is_rendered_with_the_same_bytes(fast, true):
         np.testing.assert_array_equal(image, true.radiance(state, true.rest))
 
 
+def test_the_word_true_needs_no_quotes():
+    scene = small_scene("render.tier=true", "render.outside_domain=true")
+    assert (scene.render.tier, scene.render.outside_domain) == ("true", "true")
+    with pytest.raises(ConfigError, match="tier = False is not allowed"):
+        small_scene("render.tier=false")
+
+
 def test_true_is_what_the_tier_is_where_nobody_asks(true, pressed):
     assert true.render(at(-1.0), pressed)[1].image == "traced"
 
