@@ -101,7 +101,7 @@ def distil(
             ledger,
             lambda step, steps, loss: progress("training", step, steps, f"loss {loss:.3g}"),
         )
-        sensor = Sensor(recipe.design, recipe.rig)
+        sensor = Sensor(recipe.design, recipe.rig, render=recipe.render)
         rest = coarse(sensor.radiance(UNTOUCHED, sensor.rest))
         facts = _facts(out.stem, kept, rest_key(recipe.design, recipe.rig))
         model = TouchModel(facts=facts, network=to_onnx(network), rest=rest)

@@ -34,7 +34,7 @@ MODELS = "scenes/models"
 """Models that come with the program."""
 COARSE_PX = 16
 """Pixels along a side that are one of the coarse untouched image."""
-SAME_REST = 0.01
+SAME_REST = 0.02
 """Root mean square difference of untouched images, in units of their mean, up to which they are of the same sensor."""
 UNSEEN = {"schema_version", "mounting", "lattice", "limits"}
 """Settings of a design that no picture depends on but through displacements, which the network sees."""
