@@ -6,6 +6,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_result
+from magicsim.errors import ConfigError
 
 
 @app.command
@@ -27,6 +28,7 @@ def distil(
     was stopped or killed goes on with --resume.
     """
     from magicsim.cli.progress import show_progress
+    from magicsim.config.named_files import MODEL_SUFFIX
     from magicsim.config.ranges import check_number
     from magicsim.dataset.recipes.recipe import load_recipe
     from magicsim.distil.distillation import distil as make
@@ -34,6 +36,8 @@ def distil(
     from magicsim.workers.attempt import choose_workers
 
     check_number("steps", steps, 1, 10_000_000, whole=True)
+    if out.suffix.lower() != MODEL_SUFFIX:
+        raise ConfigError(f"out = '{out}' is not allowed: a model ends with {MODEL_SUFFIX}")
     config = load_recipe(recipe, [f"design={design}", *(settings or [])], seed=seed)
     options = choose_workers(workers, cluster=cluster, timeout_s=config.timeout_s)
     with show_progress(f"{design}: {config.episodes} episodes of touches") as progress:

@@ -24,6 +24,10 @@ ROOM_SUFFIXES = (".png", ".jpg", ".jpeg")
 """What tells that a `room` is a file."""
 
 
+MODEL_SUFFIX = ".touch"
+"""What tells that a text names a model of touches (`render.model`)."""
+
+
 def read_with_paths(path: Path) -> dict[str, Any]:
     """Content of a TOML file, the files that it names found beside it.
 
@@ -43,6 +47,8 @@ def _placed(value: object, folder: Path) -> Any:  # noqa: ANN401 - whatever the 
     keys = [*FILE_KEYS.get(str(table.get("kind")), ())]
     if is_picture(table.get("room")):
         keys.append("room")
+    if str(table.get("model")).lower().endswith(MODEL_SUFFIX):
+        keys.append("model")
     if isinstance(table.get("rooms"), list):
         table["rooms"] = [_beside(each, folder) if is_picture(each) else each for each in table["rooms"]]
     return table | {key: _beside(table[key], folder) for key in keys if isinstance(table.get(key), str)}
@@ -117,7 +123,7 @@ def named_files(data: object) -> set[str]:
 
 def _names(value: object) -> Iterator[str]:
     if isinstance(value, str):
-        if value.lower().endswith(".toml"):
+        if value.lower().endswith((".toml", MODEL_SUFFIX)):
             yield value
     elif isinstance(value, Mapping):
         keys = FILE_KEYS.get(str(value.get("kind")), ())

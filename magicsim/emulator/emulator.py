@@ -62,6 +62,8 @@ class Emulator:
         if spacing < facts.spacing_mm:
             return f"object.spacing_mm = {spacing:g} is finer than the {facts.spacing_mm:g} that its model knows"
         image = rest()
+        if image.shape[0] % 2 or image.shape[1] % 2:
+            return f"a picture of {image.shape[1]} x {image.shape[0]} pixels is odd, and none that a model knows"
         if rest_key(design, rig) == facts.rest_key and (off := _difference(coarse(image), model.rest)) > SAME_REST:
             return f"the untouched image differs by {off:.1%} from the one that its model was made with, by other code"
         return cls(model=model, fields=FieldMaker.of(design, rig, nodes_mm, image))

@@ -20,6 +20,7 @@ import numpy.typing as npt
 
 from magicsim.arrays import Array, FloatImage, Mask
 from magicsim.camera.projection import pixel_landing_mm
+from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
 
@@ -34,8 +35,8 @@ SHIFT_UNIT_MM = 0.3
 """Unit of displacements that the network sees [mm]: that of a press of some tenths of a millimetre."""
 GATE_MM, CONTACT_MM, GATE_PX = 0.02, 0.1, 3.0
 """Displacement at which the gate is half open [mm], what contact counts for [mm], and the width of its mean [px]."""
-MULTIPLE = 16
-"""Rows and columns are filled up to multiples of it, so that the network can halve them."""
+MULTIPLE = 8
+"""Rows and columns of fields are filled up to multiples of it: the network halves them three times."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +79,14 @@ class FieldMaker:
             rig: Lens and camera.
             nodes_mm: Nodes of the design's lattice at rest, shape (nodes, 3) [mm].
             rest: Radiance of the untouched sensor, shape (rows, columns, 3).
+
+        Raises:
+            ConfigError: Rows or columns are odd.
         """
+        if rest.shape[0] % 2 or rest.shape[1] % 2:
+            raise ConfigError(
+                f"camera.rows = {rest.shape[0]} and columns = {rest.shape[1]} are not allowed: must be even"
+            )
         x, y, z = (np.unique(np.round(nodes_mm[:, axis], 5)) for axis in range(3))
         seen, warp = (
             {_nearest(z, share * design.height_mm) for share in each} for each in (SHIFT_HEIGHTS, WARP_HEIGHTS)
@@ -192,7 +200,7 @@ def mirrors_of(rig: Rig) -> tuple[Mirror, ...]:
 
 def filled(fields: Fields) -> Fields:
     """Fields with rows and columns repeated at the end until the network can halve them."""
-    missing = [-size % (MULTIPLE // 2) for size in fields.shape[1:]]
+    missing = [-size % MULTIPLE for size in fields.shape[1:]]
     return np.pad(fields, ((0, 0), (0, missing[0]), (0, missing[1])), mode="edge") if any(missing) else fields
 
 

@@ -20,6 +20,7 @@ from pydantic import Field
 
 from magicsim.arrays import FloatImage
 from magicsim.config.models import Config, validate
+from magicsim.config.named_files import MODEL_SUFFIX
 from magicsim.config.presets import preset_root
 from magicsim.emulator.fields import Fields, filled
 from magicsim.errors import ConfigError
@@ -29,7 +30,6 @@ from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RenderSettings
 
 NETWORK, FACTS, REST = "network.onnx", "model.json", "rest.npy"
-ENDING = ".touch"
 MODELS = "scenes/models"
 """Models that come with the program."""
 COARSE_PX = 16
@@ -210,7 +210,7 @@ def find_model(name: str | None, design: ElastomerDesign, rig: Rig) -> tuple[Tou
     Raises:
         ConfigError: The named file does not exist or is not a model.
     """
-    paths = [Path(name)] if name is not None else sorted((preset_root() / MODELS).glob(f"*{ENDING}"))
+    paths = [Path(name)] if name is not None else sorted((preset_root() / MODELS).glob(f"*{MODEL_SUFFIX}"))
     reason = "no model comes with the program for this design and rig; `magicsim distil` makes one"
     for path in paths:
         try:

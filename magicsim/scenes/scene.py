@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from magicsim.camera.disturbances import readout_fits, readout_problem
 from magicsim.config.models import Config, load_preset
+from magicsim.config.named_files import MODEL_SUFFIX
 from magicsim.geometry.design import FACET_MM, ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.rigid_object import AngleDeg
@@ -136,7 +137,7 @@ class RenderSettings(Config):
     """Fast: pictures of touches come from a model that was distilled from true frames (`magicsim distil`); all else is
     rendered, and mechanics are solved, as ever."""
     model: str | None = None
-    """File of that model; by default one that comes with the program, where one knows the sensor."""
+    """File of that model, `*.touch`; by default one that comes with the program, where one knows the sensor."""
     outside_domain: Literal["true", "refuse"] = "true"
     """What becomes of touches that the model does not know: true frames, or an error."""
 
@@ -149,6 +150,13 @@ class RenderSettings(Config):
         return {
             key: "true" if key in {"tier", "outside_domain"} and value is True else value for key, value in data.items()
         }
+
+    @model_validator(mode="after")
+    def _check_model(self) -> Self:
+        # By its ending a file is known as one, whose content is a part of every key.
+        if self.model is not None and not self.model.lower().endswith(MODEL_SUFFIX):
+            raise ValueError(f"model = '{self.model}' is not allowed: must end with {MODEL_SUFFIX}")
+        return self
 
     @property
     def is_recorded(self) -> bool:

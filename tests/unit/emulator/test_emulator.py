@@ -7,6 +7,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from magicsim.camera.exposure import meter
+from magicsim.config.named_files import config_digest
 from magicsim.dataset.card import tier_sentence
 from magicsim.dataset.generate import Simulator, generate_dataset
 from magicsim.dataset.recipes.recipe import load_recipe
@@ -14,6 +15,7 @@ from magicsim.dataset.rows import simulate_sample
 from magicsim.dataset.verify import verify_dataset
 from magicsim.deform.lattice.structure import build_lattice
 from magicsim.emulator.emulator import EMULATED, OFF, Emulator
+from magicsim.emulator.fields import FieldMaker
 from magicsim.emulator.model import ErrorRow, TouchModel, find_model
 from magicsim.errors import ConfigError, RenderError
 from magicsim.robot import LiveSensor
@@ -248,3 +250,23 @@ def here(function, tasks, _options, *, prepare=None):
             yield Outcome(
                 key=key, result=None, failures=(Failure(kind=FailureKind.REFUSED, message=str(error)),), seconds=0.0
             )
+
+
+def test_another_model_under_the_same_name_is_another_configuration(rest, tmp_path):
+    path, digests = tmp_path / "a.touch", []
+    for depth in (1.0, 2.0):
+        path.write_bytes(small_model(small_scene(), rest, depth_mm=depth).to_bytes())
+        scene = small_scene("render.tier=fast", f"render.model='{path}'")
+        digests.append(config_digest(scene.model_dump(mode="json")))
+    assert digests[0] != digests[1]
+    with pytest.raises(ConfigError, match=r"model = 'a\.zip' is not allowed: must end with \.touch"):
+        small_scene("render.model=a.zip")
+
+
+def test_pictures_of_odd_size_are_told(rest, tmp_path):
+    found = emulator_of(tmp_path / "a.touch", small_model(small_scene(), rest), rest[1:])
+    assert found == "a picture of 48 x 63 pixels is odd, and none that a model knows"
+    scene = small_scene()
+    nodes = build_lattice(scene.design).nodes_mm
+    with pytest.raises(ConfigError, match="rows = 63 and columns = 48 are not allowed: must be even"):
+        FieldMaker.of(scene.design, scene.rig, nodes, rest[1:])
