@@ -35,6 +35,7 @@ from sklearn.preprocessing import StandardScaler
 from magicsim.camera.camera import Camera
 from magicsim.camera.exposure import Exposure, expose, meter
 from magicsim.geometry.objects.kinds import parse_object
+from magicsim.judge.intervals import ends
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
 from magicsim.simulation.sensor import Sensor
@@ -254,11 +255,8 @@ def judge(frames: list[Shown], kind: str, chance: np.random.Generator) -> dict[s
             )
             if len(set(labels[chosen])) > 1:
                 drawn.append(roc_auc_score(labels[chosen], scores[chosen]))
-        found = {
-            "auc": float(roc_auc_score(labels, scores)),
-            "low": float(np.quantile(drawn, 0.025)),
-            "high": float(np.quantile(drawn, 0.975)),
-        }
+        low, high = ends(np.array(drawn))
+        found = {"auc": float(roc_auc_score(labels, scores)), "low": low, "high": high}
         if not best or abs(found["auc"] - 0.5) > abs(best["auc"] - 0.5):
             best = found
     return best

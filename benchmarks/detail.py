@@ -23,6 +23,7 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 
+from magicsim.judge.intervals import ends
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.simulation.sensor import Sensor
@@ -118,7 +119,7 @@ def transfers(case: str, of: str, frames: list[Array], converged: list[Array], f
         measure(chance.integers(len(ours), size=len(ours)), *chance.integers(half, size=(2, half)))
         for _ in range(DRAWS)
     ]
-    low, high = np.quantile(drawn, (0.025, 0.975), axis=0)
+    low, high = np.transpose([ends(each) for each in np.transpose(drawn)])
     return [
         Transfer(
             case=case, of=of, band_per_mm=band, transfer=everything[k], low=float(low[k]), high=float(high[k]),

@@ -4,7 +4,7 @@
 
 Each state of each object before the default sensor in each room is rendered once and photographed `DRAWS` times. Told
 are, by the profile `calibrated`: the share of photographs called Touched against depth and force, and called
-Approaching against the gap, with Wilson's 95 % intervals; and what the measure S itself can do in that room: the share
+Approaching against the gap, with exact 95 % intervals; and what the measure S itself can do in that room: the share
 of photographs whose S is below the level that the untouched sensor falls below once an hour (normal law of 60
 photographs at rest, 15 frames a second), and below that of the same object at the gap at which it looks most like a
 touch. The smallest touches are those from which on 90 % are called Touched, and below the level beside near frames.
@@ -21,7 +21,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt
-from scipy.stats import binomtest, norm
+from scipy.stats import norm
 
 from magicsim.arrays import FloatImage, Frame
 from magicsim.camera.camera import Camera
@@ -29,6 +29,7 @@ from magicsim.camera.exposure import Exposure, expose, meter
 from magicsim.detectors import detect, fuse, load_profile
 from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.verdict import Contact, Proximity
+from magicsim.judge.intervals import exact_share
 from magicsim.light.records.untouched_store import shared_states
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED
@@ -114,11 +115,11 @@ def measure(profile: DetectorProfile) -> list[CurveRow]:
                     beside_near = min(beside_near, _hourly_level(similarities))
                 near = sum(each.proximity == Proximity.APPROACHING for each in said)
                 touch = sum(each.combined == Contact.TOUCHED for each in said)
-                interval = binomtest(touch if gap < 0 else near, DRAWS).proportion_ci(method="wilson")
+                share = exact_share(touch if gap < 0 else near, DRAWS)
                 rows.append(
                     CurveRow(
                         room=room, object=name, gap_mm=gap, force_n=float(np.linalg.norm(deformation.force_n)),
-                        approaching=near / DRAWS, touched=touch / DRAWS, low=interval.low, high=interval.high,
+                        approaching=near / DRAWS, touched=touch / DRAWS, low=share.low, high=share.high,
                         similarity=float(np.median(similarities)),
                         below_hourly=float(np.mean(similarities < hourly)),
                         below_near=float(np.mean(similarities < beside_near)) if gap < 0 else None,

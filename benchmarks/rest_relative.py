@@ -22,11 +22,12 @@ from laboratory.rest_relative.judging import MEASURES, Reading, falls, judge, ju
 from laboratory.rest_relative.takes import COATED, TYPES, draw_takes
 
 from magicsim.evaluation.take import film_take, read_take, write_take
+from magicsim.judge.intervals import ends
 
 CAMERAS, DRAWN = 3, 20
 MIRRORS = ("mirror-dim", "mirror-bright")
 """Types like the sensor of the recordings that the prediction is for."""
-RESAMPLES, INTERVAL = 4000, (0.025, 0.975)
+RESAMPLES = 4000
 
 
 def recordings(folder: Path) -> list[Recording]:
@@ -50,7 +51,7 @@ def summary(readings: Sequence[Reading]) -> dict[str, Any]:
         means = values[random.integers(len(values), size=(RESAMPLES, len(values)))].mean(1)
         told[name] = {
             "mean": round(float(values.mean()), 3),
-            "interval": np.quantile(means, INTERVAL).round(3).tolist(),
+            "interval": np.round(ends(means), 3).tolist(),
             "recordings": np.quantile(values, (0.05, 0.95)).round(3).tolist(),
         }
     return told

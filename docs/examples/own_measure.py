@@ -6,8 +6,9 @@ python docs/examples/own_measure.py        # a line a design, at once
 from magicsim import load_sweep
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import resolve_grid
+from magicsim.judge.measures import MeasureKind
 from magicsim.sweep.designs import list_designs
-from magicsim.sweep.measures import Measured, MeasureKind
+from magicsim.sweep.measures import Measured
 
 KIND = MeasureKind(
     title="Infill", unit="", digits=3, better=None, is_exact=True, meaning="Share of the block that is infill; exact."

@@ -1,13 +1,12 @@
 """Judges a detector on a suite: measures with intervals, curves, and what fell against a baseline."""
 
 import time
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from magicsim.detectors.verdict import Contact, Proximity
+from magicsim.detectors.verdict import Proximity
 from magicsim.evaluation.answers import judge_footage
 from magicsim.evaluation.baseline import Baseline
 from magicsim.evaluation.detector import MakeDetector, ProfileDetector, detector_by
@@ -28,16 +27,14 @@ from magicsim.judge.curves import (
     detection_by_distance,
     trade_off,
 )
-from magicsim.judge.measures import MEASURES, OF_PROXIMITY, MeasureEstimate, estimate, exact_share
+from magicsim.judge.intervals import MeasureEstimate, estimate, exact_share
+from magicsim.judge.measures import COMPUTE, TABLE
 from magicsim.judge.regression import Change
-from magicsim.judge.score import PROXIMITY_TRUTH
-from magicsim.judge.tally import JudgedEpisode, tally
+from magicsim.judge.tally import JudgedEpisode, confusion, is_faultless, tally
 from magicsim.judge.verdicts import COATED
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 
 Progress = Callable[[int, int], None]
-FAULTLESS = "faultless_episodes"
-"""Share of episodes in which every scored verdict is right."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -248,36 +245,6 @@ def group_episodes(episodes: Sequence[JudgedEpisode]) -> dict[str, list[JudgedEp
     return groups
 
 
-def confusion(episodes: Sequence[JudgedEpisode], *, coated: bool = False) -> dict[str, dict[str, dict[str, int]]]:
-    """Frames by true class and verdict; proximity is not scored during contact, nor behind an opaque coat."""
-    proximity: Counter[tuple[str, str]] = Counter()
-    contact: Counter[tuple[str, str]] = Counter()
-    for each in episodes:
-        for truth, near, touch in zip(each.labels.classes, each.proximity, each.contact, strict=True):
-            if truth is not None:
-                contact[truth, touch] += 1
-            if truth in PROXIMITY_TRUTH and not coated:
-                proximity[str(truth), near] += 1
-    return {
-        "proximity": {
-            str(row): {str(column): proximity[row, column] for column in Proximity} for row in PROXIMITY_TRUTH
-        },
-        "contact": {str(row): {str(column): contact[row, column] for column in Contact} for row in FrameClass},
-    }
-
-
-def is_faultless(episode: JudgedEpisode, *, coated: bool = False) -> bool:
-    """Whether every scored verdict is right; behind an opaque coat that of contact alone."""
-    for truth, near, touch in zip(episode.labels.classes, episode.proximity, episode.contact, strict=True):
-        if truth is None:
-            continue
-        if (touch == Contact.TOUCHED) != (truth is FrameClass.CONTACT):
-            return False
-        if not coated and truth in PROXIMITY_TRUTH and near != PROXIMITY_TRUTH[truth]:
-            return False
-    return True
-
-
 def _without_proximity(episode: JudgedEpisode) -> JudgedEpisode:
     """An episode whose detector is not asked what is near: an alarm is a touch."""
     return replace(episode, proximity=(str(Proximity.NORMAL),) * len(episode.proximity))
@@ -287,8 +254,9 @@ def _estimates(
     episodes: Sequence[JudgedEpisode], *, coated: bool, resamples: int, seed: int
 ) -> dict[str, MeasureEstimate]:
     table, takes = tally(episodes), [each.tag.take for each in episodes]
-    found = {name: estimate(name, table, takes, resamples=resamples, seed=seed) for name in MEASURES}
+    found = {name: estimate(name, table, takes, resamples=resamples, seed=seed) for name in COMPUTE}
     if coated:
-        found |= {name: replace(found[name], value=None, low=None, high=None) for name in OF_PROXIMITY}
+        unseen = [name for name in found if TABLE[name].task == "proximity"]
+        found |= {name: replace(found[name], value=None, low=None, high=None) for name in unseen}
     right = [is_faultless(each, coated=coated) for each in episodes]
-    return found | {FAULTLESS: exact_share(sum(right), len(right))}
+    return found | {"faultless_episodes": exact_share(sum(right), len(right))}

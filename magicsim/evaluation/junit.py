@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 from magicsim.evaluation.evaluate import Evaluation
 from magicsim.evaluation.page import change_row, moved_lines
 from magicsim.folder import result_file
+from magicsim.judge.measures import TABLE
 from magicsim.report.text import span
 
 
@@ -15,6 +16,9 @@ def junit(result: Evaluation) -> ElementTree.ElementTree:
     for each in result.changes:
         row = change_row(each)
         case = _case(suite, each.condition, row.title)
+        told = ElementTree.SubElement(case, "properties")
+        for name, value in (("meaning", TABLE[each.measure].meaning), ("smallest fall to be found", row.smallest)):
+            ElementTree.SubElement(told, "property", name=name, value=value)
         if each.is_regression:
             frames = [
                 f"{run.episode} {span(run.first, run.last)}: {run.truth}, {run.baseline} -> {run.current}"

@@ -17,7 +17,8 @@ from magicsim.evaluation.rest import Rest
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.folder import MARKER, SIGNATURE, result_folder
 from magicsim.judge.changed_frames import FrameRun
-from magicsim.judge.measures import MEASURES, MeasureEstimate
+from magicsim.judge.intervals import MeasureEstimate
+from magicsim.judge.measures import COMPUTE, SHARE, TABLE
 from magicsim.judge.regression import Change
 from magicsim.judge.tally import SIMULATED
 from magicsim.notebook.screen import STRONGER
@@ -25,16 +26,7 @@ from magicsim.report.text import MINUS, MISSING, number, page_template, percent,
 
 RESULTS = "evaluation.json"
 REPORT = "report.html"
-SHARES = {name for name, kind in MEASURES.items() if not kind.unit and not name.endswith(("_auc", "_score"))}
-COLUMNS = {
-    "proximity_balanced_accuracy": "proximity",
-    "contact_balanced_accuracy": "contact",
-    "approach_auc": "approach AUC",
-    "touch_auc": "touch AUC",
-    "light_false_alarms": "light alarms",
-    "lead_mm": "lead [mm]",
-    "onset_mm": "onset [mm]",
-}
+COLUMNS = {name: kind.column for name, kind in TABLE.items() if kind.column}
 """Measures of the table of groups."""
 
 
@@ -66,6 +58,8 @@ def write_results(result: Evaluation, suite: SuiteConfig, out: Path) -> Path:
 def render_page(result: Evaluation) -> str:
     """The report as one HTML page that needs nothing else."""
     facts = result.as_dict()
+    standard = [each for each in result.changes if each.condition == result.standard]
+    smallest = {each.measure: change_row(each).smallest for each in standard}
     worse = [run for each in result.regressions for run in each.frames]
     return page_template("evaluation.html.jinja", "magicsim.evaluation", "magicsim.report").render(
         title=f"Detector “{result.detector}” on the suite “{result.suite}”",
@@ -81,8 +75,9 @@ def render_page(result: Evaluation) -> str:
         groups={
             group: [value_text(name, row[name]) for name in COLUMNS] for group, row in result.metrics.items()
         },
-        details=[(kind.title, kind.unit, value_text(name, result.metrics[result.standard][name]))
-                 for name, kind in MEASURES.items()],
+        details=[(TABLE[name], value_text(name, result.metrics[result.standard][name]), smallest.get(name, MISSING))
+                 for name in COMPUTE],
+        table=TABLE.values(),
         faultless=share_of_episodes(result.metrics[result.standard]["faultless_episodes"]),
         confusion=result.confusion,
         right={"Clear": {"Normal", "Untouched", "Unknown"}, "Near": {"Approaching", "Untouched", "Unknown"},
@@ -206,7 +201,7 @@ def value_text(name: str, each: MeasureEstimate) -> str:
     """A measure with its interval."""
     if each.value is None:
         return MISSING
-    if name in SHARES:
+    if TABLE[name].unit == SHARE:
         value, ends = percent(each.value), [number(100 * end, 1) for end in (each.low, each.high) if end is not None]
     else:
         value, ends = number(each.value, 3), [number(end, 3) for end in (each.low, each.high) if end is not None]
@@ -224,9 +219,9 @@ def share_of_episodes(each: MeasureEstimate) -> str:
 def change_row(each: Change) -> ChangeRow:
     """A compared measure as text."""
     p = each.p_fall_corrected if each.fall > 0 else each.p_rise_corrected
-    show = percent if each.measure in SHARES else (lambda value: number(value, 3))
+    show = percent if TABLE[each.measure].unit == SHARE else (lambda value: number(value, 3))
     return ChangeRow(
-        title=MEASURES[each.measure].title,
+        title=TABLE[each.measure].title,
         condition=each.condition,
         baseline=show(each.baseline),
         current=show(each.current),

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import gammaincinv, ndtr
+from scipy.special import ndtr
 
 from magicsim.arrays import Array, Mask
 from magicsim.detectors.verdict import REPEATABILITY_SD, Contact, FeatureAtRest, Proximity
@@ -17,10 +17,9 @@ from magicsim.evaluation.answers import detection_of, features_of, fitted
 from magicsim.evaluation.detector import MakeDetector
 from magicsim.evaluation.footage import ExposedTake, Footage
 from magicsim.frame_class import FrameClass
+from magicsim.judge.intervals import count_ends
 from magicsim.judge.tally import JudgedEpisode
 
-TAIL = 0.025
-"""On either side of a 95 % interval."""
 HOUR_S = 3600.0
 MOST_SD = 1e6
 """Where nothing varies at rest, every other frame is as far as this from it [standard deviations]."""
@@ -98,14 +97,14 @@ def _rest(film: Footage, episodes: Sequence[JudgedEpisode], make: MakeDetector, 
     said = [detection_of(detector, frame, who=who) for frame in film.images.at_rest(count)]
     alarms = sum(each.proximity == Proximity.APPROACHING or each.contact == Contact.TOUCHED for each in said)
     hours = count / film.frames_per_second / HOUR_S
+    low, high = count_ends(alarms)
     touches, approaches = np.array([[each.touch, each.approach] for each in said]).T
     touch = _score(touches, episodes, "touch", FrameClass.CONTACT, Contact.TOUCHED)
     approach = _score(approaches, episodes, "approach", FrameClass.NEAR, Proximity.APPROACHING)
     tails = [ndtr(-each.margin_sd) for each in (touch, approach) if each is not None]
     return Rest(
         place=film.tag.place, noise=film.tag.noise, frames=count, alarms=alarms, alarms_per_hour=alarms / hours,
-        low=float(gammaincinv(alarms, TAIL)) / hours if alarms else 0.0,
-        high=float(gammaincinv(alarms + 1, 1 - TAIL)) / hours,
+        low=low / hours, high=high / hours,
         expected_per_hour=float(sum(tails)) * film.frames_per_second * HOUR_S if tails else None,
         touch=touch, approach=approach,
         features={name: _measure(values, episodes, name) for name, values in features_of(said).items()},

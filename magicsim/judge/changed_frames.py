@@ -9,12 +9,9 @@ import numpy as np
 
 from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.frame_class import FrameClass
-from magicsim.judge.measures import SCORE_MEANS
+from magicsim.judge.measures import SCORE_MEANS, TABLE
 from magicsim.judge.score import PROXIMITY_TRUTH
 from magicsim.judge.tally import JudgedEpisode
-
-CONTACT_MEASURES = {"contact_balanced_accuracy", "onset_mm", "touch_auc"}
-
 
 Value = TypeVar("Value")
 
@@ -43,7 +40,7 @@ class FrameRun:
 
 def changed_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, worse: bool) -> list[FrameRun]:
     """Frames whose verdict changed in the direction of a change."""
-    is_contact = measure in CONTACT_MEASURES
+    is_contact = TABLE[measure].task == "contact"
     old, new = (before.contact, now.contact) if is_contact else (before.proximity, now.proximity)
     # proximity is not scored during contact
     scored = set(range(len(old)) if is_contact else np.flatnonzero(~(now.labels.gap_mm <= 0)).tolist())
@@ -62,14 +59,14 @@ def changed_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, wor
 
 def score_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, worse: bool, least: float) -> list[FrameRun]:
     """Frames whose score changed in the direction of a change, with the mean scores of neighbouring ones."""
-    mean = SCORE_MEANS[measure]
-    old, new = getattr(before, mean.score), getattr(now, mean.score)
-    change = (new - old) * (1 if mean.is_positive is not worse else -1)
+    score, classes = SCORE_MEANS[measure]
+    old, new = getattr(before, score), getattr(now, score)
+    change = (new - old) * (1 if (TABLE[measure].better == "higher") is not worse else -1)
     pairs = zip(now.labels.classes, change, strict=True)
-    changed = [str(truth) if truth in mean.classes and by >= least else None for truth, by in pairs]
+    changed = [str(truth) if truth in classes and by >= least else None for truth, by in pairs]
 
     def run(truth: str, places: range) -> FrameRun:
-        before_now = [f"{mean.score} {values[list(places)].mean():.3g}" for values in (old, new)]
+        before_now = [f"{score} {values[list(places)].mean():.3g}" for values in (old, new)]
         first, last = places[0], places[-1]
         return FrameRun(
             episode=now.tag.name, first=first, last=last, truth=truth, baseline=before_now[0], current=before_now[1]

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 from magicsim.detectors.verdict import Contact
 from magicsim.frame_class import FrameClass
-from magicsim.judge.measures import MEASURES, UNTOUCHED, MeasureEstimate, measure
+from magicsim.judge.intervals import MeasureEstimate
+from magicsim.judge.measures import TABLE, UNTOUCHED, measure
 from magicsim.judge.score import PROXIMITY_TRUTH
 from magicsim.judge.tally import JudgedEpisode, tally
 
@@ -51,7 +52,7 @@ def collapses(
             continue
         former = measure(name, tally(before)) if before else None
         interval = "" if low is None else f" ({100 * low:.1f} to {100 * high:.1f})"
-        says = f"{MEASURES[name].title} {100 * value:.1f} %{interval}, which is not above chance, {100 * chance:.1f} %"
+        says = f"{TABLE[name].title} {100 * value:.1f} %{interval}, which is not above chance, {100 * chance:.1f} %"
         is_known = former is not None and former <= (value if high is None else high)
         found.append(Collapse(of=name, says=says, is_known=is_known))
     return found

@@ -9,9 +9,8 @@ import numpy.typing as npt
 from magicsim.arrays import Array, Index
 from magicsim.errors import ConfigError
 from magicsim.frame_class import FrameClass
-from magicsim.judge.measures import LEAST_EPISODES
+from magicsim.judge.intervals import LEAST_EPISODES, ends, resampled
 from magicsim.judge.tally import JudgedEpisode, class_scores
-from magicsim.sampling.bootstrap import ends, resampled
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

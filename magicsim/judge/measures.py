@@ -1,35 +1,71 @@
-"""The measures of a detector as functions of a tally and of weights of its episodes, and their confidence intervals.
+"""The table of all measures of a detector: what each means, its unit, and the smallest fall that is tested.
 
-All but the areas under the curve are ratios of weighted sums. With p_ij the rightly ordered pairs of a positive frame
-of episode i and a negative one of episode j, the area (Hanley and McNeil 1982) is sum w_i w_j p_ij / (sum w_i P_i
-sum w_j N_j). Intervals are those of the bootstrap over whole episodes (Efron and Tibshirani 1993; Field and Welsh
-2007).
+What `magicsim evaluate` prints, draws or stores has its row in `measures.csv`. Most are functions of a tally and of
+weights of its episodes: all but the areas under the curve are ratios of weighted sums. With p_ij the rightly ordered
+pairs of a positive frame of episode i and a negative one of episode j, the area (Hanley and McNeil 1982) is
+sum w_i w_j p_ij / (sum w_i P_i sum w_j N_j).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+import csv
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
-from scipy.stats import binomtest
 
-from magicsim.arrays import Array, Index
+from magicsim.arrays import Array
 from magicsim.judge.tally import Tally
-from magicsim.sampling.bootstrap import CONFIDENCE, ends, resampled
 
-Measure = Callable[[Tally, Array], Array]
+Compute = Callable[[Tally, Array], Array]
 """From a tally and weights, shape (resamples, episodes), to values, shape (resamples,); NaN where undefined."""
+Better = Literal["higher", "lower"]
 UNTOUCHED = ("Clear", "Near", "Light")
+SHARE = "share"
+"""Unit of what is told in per cent, 0..1 in the JSON."""
+SCORE_MEANS: Mapping[str, tuple[Literal["approach", "touch"], tuple[str, ...]]] = {
+    "clear_score": ("approach", ("Clear",)),
+    "near_score": ("approach", ("Near",)),
+    "light_score": ("approach", ("Light",)),
+    "untouched_score": ("touch", UNTOUCHED),
+    "contact_score": ("touch", ("Contact",)),
+}
+"""Measures that are the mean of a score over the frames of some classes."""
+FILE = Path(__file__).with_suffix(".csv")
+"""The table as the documentation shows it."""
 
 
-@dataclass(frozen=True, slots=True)
-class DetectorMeasure:
-    """A measure and which way is better."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasureKind:
+    """What a reader has to know of a measure, of a detector or of a design."""
 
     title: str
-    compute: Measure
+    meaning: str
+    """One sentence on what is measured."""
     unit: str = ""
-    better: Literal["higher", "lower"] = "higher"
+    """Empty for a pure number."""
+    better: Better | None = "higher"
+    """Which way is better; None where that depends on the job."""
+    digits: int = 3
+    """Decimals that are shown."""
+    is_exact: bool = False
+    """Whether it follows from the design alone; equal ends of another's interval say that all resamples were alike."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DetectorMeasure(MeasureKind):
+    """A row of the table."""
+
+    task: str
+    """`proximity`, of which nothing is known behind an opaque coat, `contact`, or empty."""
+    column: str
+    """Heading in the report's table of groups; empty for what is not there."""
+    matters: float | None
+    """Smallest fall in the standard condition that is a regression, of mean scores as a share of the distance between
+    the baseline's classes: ten reruns of the built-in detectors under other camera noise stay below it
+    (`benchmarks/injected_regressions.py`). None for what is not compared."""
+    matters_elsewhere: float | None
+    """Smallest fall in every other condition of light and noise, likewise."""
 
 
 def _ratio(part: Array, whole: Array, weights: Array) -> Array:
@@ -37,7 +73,7 @@ def _ratio(part: Array, whole: Array, weights: Array) -> Array:
     return np.where(total > 0, (weights @ part) / np.where(total > 0, total, 1), np.nan)
 
 
-def _recall(truth: str, verdict: str) -> Measure:
+def _recall(truth: str, verdict: str) -> Compute:
     return lambda table, weights: _ratio(table.count[f"{truth} said {verdict}"], table.count[truth], weights)
 
 
@@ -69,7 +105,7 @@ def _touch_precision(table: Tally, weights: Array) -> Array:
     return _ratio(right, right + _untouched(table)[0], weights)
 
 
-def _area(score: str, positives: tuple[str, ...], negatives: tuple[str, ...]) -> Measure:
+def _area(score: str, positives: tuple[str, ...], negatives: tuple[str, ...]) -> Compute:
     def compute(table: Tally, weights: Array) -> Array:
         above = weights @ sum((table.count[each] for each in positives), np.zeros(table.episodes))
         below = weights @ sum((table.count[each] for each in negatives), np.zeros(table.episodes))
@@ -80,32 +116,7 @@ def _area(score: str, positives: tuple[str, ...], negatives: tuple[str, ...]) ->
     return compute
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ScoreMean:
-    """Mean of a score over the frames of some classes."""
-
-    title: str
-    score: Literal["approach", "touch"]
-    classes: tuple[str, ...]
-    is_positive: bool = False
-    """Whether the score should be high there."""
-
-
-SCORE_MEANS: Mapping[str, ScoreMean] = {
-    "clear_score": ScoreMean(title="Clear, mean score of an approach", score="approach", classes=("Clear",)),
-    "near_score": ScoreMean(
-        title="Near, mean score of an approach", score="approach", classes=("Near",), is_positive=True
-    ),
-    "light_score": ScoreMean(title="Light, mean score of an approach", score="approach", classes=("Light",)),
-    "untouched_score": ScoreMean(title="No contact, mean score of a touch", score="touch", classes=UNTOUCHED),
-    "contact_score": ScoreMean(
-        title="Contact, mean score of a touch", score="touch", classes=("Contact",), is_positive=True
-    ),
-}
-"""Those that are measured, by the name they have in the JSON."""
-
-
-def _score(score: str, classes: tuple[str, ...]) -> Measure:
+def _score(score: str, classes: tuple[str, ...]) -> Compute:
     """Mean score of the frames of some classes."""
 
     def compute(table: Tally, weights: Array) -> Array:
@@ -116,7 +127,7 @@ def _score(score: str, classes: tuple[str, ...]) -> Measure:
     return compute
 
 
-def _mean(name: str) -> Measure:
+def _mean(name: str) -> Compute:
     def compute(table: Tally, weights: Array) -> Array:
         known = ~np.isnan(table.value[name])
         return _ratio(np.where(known, table.value[name], 0.0), known.astype(np.float64), weights)
@@ -124,98 +135,41 @@ def _mean(name: str) -> Measure:
     return compute
 
 
-MEASURES: Mapping[str, DetectorMeasure] = {
-    "proximity_balanced_accuracy": DetectorMeasure("Proximity, balanced accuracy", _proximity_accuracy),
-    "contact_balanced_accuracy": DetectorMeasure("Contact, balanced accuracy", _contact_accuracy),
-    "clear_recall": DetectorMeasure("Clear called Normal", _recall("Clear", "Normal")),
-    "approach_recall": DetectorMeasure("Near called Approaching (recall)", _recall("Near", "Approaching")),
-    "approach_precision": DetectorMeasure("Approaching that is Near (precision)", _approach_precision),
-    "light_recall": DetectorMeasure("Light called Noise", _recall("Light", "Noise")),
-    "touch_recall": DetectorMeasure("Contact called Touched (recall)", _recall("Contact", "Touched")),
-    "touch_precision": DetectorMeasure("Touched that is Contact (precision)", _touch_precision),
-    "approach_auc": DetectorMeasure(
-        "Approach, area under the ROC curve", _area("approach", ("Near",), ("Clear", "Light"))
-    ),
-    "touch_auc": DetectorMeasure("Touch, area under the ROC curve", _area("touch", ("Contact",), UNTOUCHED)),
-    **{
-        name: DetectorMeasure(
-            each.title, _score(each.score, each.classes), better="higher" if each.is_positive else "lower"
-        )
-        for name, each in SCORE_MEANS.items()
-    },
-    "light_false_alarms": DetectorMeasure(
-        "Light alone called Approaching or Touched",
-        lambda table, weights: _ratio(table.count["Light alarmed"], table.count["Light"], weights),
-        better="lower",
-    ),
-    "lead_mm": DetectorMeasure("Lead: gap at which an approach is noticed for good", _mean("lead_mm"), unit="mm"),
-    "lead_frames": DetectorMeasure("Lead before contact", _mean("lead_frames"), unit="frames"),
-    "lead_s": DetectorMeasure("Lead before contact", _mean("lead_s"), unit="s"),
-    "onset_mm": DetectorMeasure("Depth at which a touch is noticed", _mean("onset_mm"), unit="mm", better="lower"),
-    "latency_frames": DetectorMeasure(
-        "Contact frames before Touched", _mean("latency_frames"), unit="frames", better="lower"
-    ),
+COMPUTE: Mapping[str, Compute] = {
+    "proximity_balanced_accuracy": _proximity_accuracy,
+    "contact_balanced_accuracy": _contact_accuracy,
+    "clear_recall": _recall("Clear", "Normal"),
+    "approach_recall": _recall("Near", "Approaching"),
+    "approach_precision": _approach_precision,
+    "light_recall": _recall("Light", "Noise"),
+    "touch_recall": _recall("Contact", "Touched"),
+    "touch_precision": _touch_precision,
+    "approach_auc": _area("approach", ("Near",), ("Clear", "Light")),
+    "touch_auc": _area("touch", ("Contact",), UNTOUCHED),
+    **{name: _score(*of) for name, of in SCORE_MEANS.items()},
+    "light_false_alarms": lambda table, weights: _ratio(table.count["Light alarmed"], table.count["Light"], weights),
+    **{name: _mean(name) for name in ("lead_mm", "lead_frames", "lead_s", "onset_mm", "latency_frames")},
 }
+"""Measures of a tally."""
+
+
+def _row(cells: Mapping[str, str]) -> DetectorMeasure:
+    fall, elsewhere = (float(cells[name]) if cells[name] else None for name in ("smallest_fall", "elsewhere"))
+    values: dict[str, Any] = {name: cells[name] for name in ("title", "meaning", "unit", "task", "column")}
+    return DetectorMeasure(**values, better=cells["better"] or None, matters=fall, matters_elsewhere=elsewhere)  # type: ignore[arg-type]
+
+
+with FILE.open(encoding="utf-8", newline="") as _file:
+    TABLE: Mapping[str, DetectorMeasure] = {cells["name"]: _row(cells) for cells in csv.DictReader(_file)}
 """All measures by the name they have in the JSON."""
-OF_PROXIMITY = frozenset({
-    "proximity_balanced_accuracy", "clear_recall", "approach_recall", "approach_precision", "light_recall",
-    "approach_auc", "clear_score", "near_score", "light_score", "lead_mm", "lead_frames", "lead_s",
-})  # fmt: skip
-"""Measures that nothing is known of behind an opaque coat."""
+
+
+def measured(name: str, table: Tally, weights: Array) -> Array:
+    """A measure by weights, shape (resamples, episodes); NaN where it is not defined."""
+    return COMPUTE[name](table, weights)
 
 
 def measure(name: str, table: Tally) -> float | None:
     """A measure of all episodes; None where it is not defined."""
-    value = float(MEASURES[name].compute(table, np.ones((1, table.episodes)))[0])
+    value = float(measured(name, table, np.ones((1, table.episodes)))[0])
     return None if np.isnan(value) else value
-
-
-LEAST_EPISODES = 3
-"""Fewer episodes give no interval: their spread says nothing of other episodes."""
-MOST_UNDEFINED = 0.2
-"""Share of resamples in which a measure may be undefined, because a class is missing, before its interval is None."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MeasureEstimate:
-    """A measure with its confidence interval."""
-
-    value: float | None
-    """None where a class has no frames."""
-    low: float | None
-    high: float | None
-    """Ends of the 95 % percentile interval; None of fewer than three episodes."""
-    episodes: int
-
-
-def weights_of(indices: Index, episodes: int) -> Array:
-    """How often each episode was drawn, shape (resamples, episodes), by indices of shape (resamples, draws)."""
-    rows = np.repeat(np.arange(len(indices)), indices.shape[1])
-    counts = np.bincount(rows * episodes + indices.ravel(), minlength=len(indices) * episodes)
-    return counts.reshape(-1, episodes).astype(np.float64)
-
-
-def estimate(name: str, table: Tally, groups: Sequence[str], *, resamples: int, seed: int) -> MeasureEstimate:
-    """One measure of a tally with its interval; episodes of one group are drawn together, since they share a take."""
-    value = measure(name, table)
-    labels = list(dict.fromkeys(groups))
-    low = high = None
-    if value is not None and len(labels) >= LEAST_EPISODES:
-        member = np.array([[label == group for group in groups] for label in labels], np.float64)
-        drawn = weights_of(resampled(len(labels), resamples, np.random.default_rng(seed)), len(labels))
-        with np.errstate(invalid="ignore"):
-            found = MEASURES[name].compute(table, drawn @ member)
-        if np.isnan(found).mean() <= MOST_UNDEFINED:
-            low, high = ends(found)
-    return MeasureEstimate(value=value, low=low, high=high, episodes=len(labels))
-
-
-def exact_share(successes: int, total: int) -> MeasureEstimate:
-    """A share of independent episodes with its exact interval (Clopper and Pearson 1934).
-
-    Where everything is right the bootstrap has nothing to spread and its interval collapses; this one does not.
-    """
-    if total == 0:
-        return MeasureEstimate(value=None, low=None, high=None, episodes=0)
-    ends = binomtest(successes, total).proportion_ci(CONFIDENCE, method="exact")
-    return MeasureEstimate(value=successes / total, low=float(ends.low), high=float(ends.high), episodes=total)

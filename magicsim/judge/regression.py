@@ -25,7 +25,7 @@ from scipy.stats import rankdata
 
 from magicsim.arrays import Array, Mask
 from magicsim.judge.changed_frames import FrameRun, changed_runs, score_runs
-from magicsim.judge.measures import MEASURES, SCORE_MEANS, measure
+from magicsim.judge.measures import SCORE_MEANS, TABLE, measure, measured
 from magicsim.judge.tally import JudgedEpisode, Tally, score_pairs, tally
 
 EXCHANGES = 8192
@@ -98,23 +98,8 @@ def smallest_falls(statistics: Array, exchanged: Array) -> Array:
     return result
 
 
-STANDARD = {
-    "proximity_balanced_accuracy": 0.01,
-    "contact_balanced_accuracy": 0.01,
-    "approach_auc": 0.005,
-    "touch_auc": 0.005,
-    "light_false_alarms": 0.01,
-    "lead_mm": 0.5,
-    "onset_mm": 0.02,
-}
-"""Measures that are compared in the standard condition, and the smallest fall that matters."""
 SCALES = {"approach": ("near_score", "clear_score"), "touch": ("contact_score", "untouched_score")}
 """The two mean scores whose distance is the scale of each score."""
-SCORE_SHARE = 0.01
-"""Smallest fall of a mean score that matters, in units of the baseline's distance: ten reruns of the built-in
-detectors under other camera noise stay below it (`benchmarks/injected_regressions.py`)."""
-OTHERS = {"proximity_balanced_accuracy": 0.02, "contact_balanced_accuracy": 0.02}
-"""Smallest fall of a balanced accuracy that matters in every other condition of light and noise."""
 Pair = tuple[JudgedEpisode, JudgedEpisode]
 
 
@@ -176,7 +161,10 @@ def _tested(pairs: Sequence[Pair], conditions: Sequence[str], *, seed: int) -> l
         chosen = [pair for pair, one in zip(pairs, conditions, strict=True) if one == condition]
         table = _both(chosen)
         mixed = tried[:, [takes.index(now.tag.take) for _, now in chosen]]
-        for name, matters in (STANDARD if condition == conditions[0] else OTHERS).items():
+        for name, kind in TABLE.items():
+            matters = kind.matters if condition == conditions[0] else kind.matters_elsewhere
+            if matters is None or name in SCORE_MEANS:
+                continue
             old, new = _values(table, name, mixed), _values(table, name, ~mixed)
             if np.isnan(old).any() or np.isnan(new).any():
                 continue
@@ -206,12 +194,12 @@ def _scores(pairs: Sequence[Pair], condition: str) -> list[Change]:
     """Mean scores by class; none where the baseline's do not tell the classes apart."""
     before, now = tally([one for one, _ in pairs]), tally([one for _, one in pairs])
     changes = []
-    for name, each in SCORE_MEANS.items():
-        high, low = SCALES[each.score]
+    for name, (score, _) in SCORE_MEANS.items():
+        high, low = SCALES[score]
         old, new, top, bottom = measure(name, before), measure(name, now), measure(high, before), measure(low, before)
         if old is None or new is None or top is None or bottom is None or top <= bottom:
             continue
-        least = SCORE_SHARE * (top - bottom)
+        least = (TABLE[name].matters or 0) * (top - bottom)
         changes.append(
             Change(
                 condition=condition, measure=name, baseline=old, current=new, fall=(old - new) * _sign(name),
@@ -223,7 +211,7 @@ def _scores(pairs: Sequence[Pair], condition: str) -> list[Change]:
 
 def _sign(name: str) -> float:
     """1 for measures that are good when high, else -1."""
-    return 1.0 if MEASURES[name].better == "higher" else -1.0
+    return 1.0 if TABLE[name].better == "higher" else -1.0
 
 
 def _both(pairs: Sequence[Pair]) -> Tally:
@@ -246,7 +234,7 @@ def _ranked(episodes: Sequence[JudgedEpisode]) -> list[JudgedEpisode]:
 
 def _values(table: Tally, name: str, from_now: Mask) -> Array:
     """A measure of episodes taken from before or from now, shape (exchanges,)."""
-    return MEASURES[name].compute(table, np.concatenate([~from_now, from_now], axis=1).astype(np.float64))
+    return measured(name, table, np.concatenate([~from_now, from_now], axis=1).astype(np.float64))
 
 
 def _frames(change: Change, pairs: Sequence[Pair], conditions: Sequence[str]) -> list[FrameRun]:

@@ -6,7 +6,8 @@ interval several times too narrow, so resampling and permutation move whole epis
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -249,3 +250,32 @@ def _pairs(
             ties = np.searchsorted(low, high, side="right").sum() - wins
             result[row, column] = wins + ties / 2
     return result
+
+
+def confusion(episodes: Sequence[JudgedEpisode], *, coated: bool = False) -> dict[str, dict[str, dict[str, int]]]:
+    """Frames by true class and verdict; proximity is not scored during contact, nor behind an opaque coat."""
+    said = Counter(
+        (task, truth, word)
+        for each in episodes
+        for task, words in (("proximity", [] if coated else each.proximity), ("contact", each.contact))
+        for truth, word in zip(each.labels.classes, words, strict=not coated)
+    )
+    tasks: tuple[tuple[str, Iterable[FrameClass], Iterable[str]], ...] = (
+        ("proximity", PROXIMITY_TRUTH, Proximity), ("contact", FrameClass, Contact),
+    )  # fmt: skip
+    return {
+        task: {str(row): {str(column): said[task, row, column] for column in columns} for row in rows}
+        for task, rows, columns in tasks
+    }
+
+
+def is_faultless(episode: JudgedEpisode, *, coated: bool = False) -> bool:
+    """Whether every scored verdict is right; behind an opaque coat that of contact alone."""
+    return all(
+        truth is None
+        or (
+            (touch == Contact.TOUCHED) == (truth is FrameClass.CONTACT)
+            and (coated or PROXIMITY_TRUTH.get(truth, near) == near)
+        )
+        for truth, near, touch in zip(episode.labels.classes, episode.proximity, episode.contact, strict=True)
+    )

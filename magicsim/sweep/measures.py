@@ -9,7 +9,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from magicsim.config.models import Config
-from magicsim.sampling.bootstrap import Statistic, interval
+from magicsim.judge.intervals import Statistic, interval
+from magicsim.judge.measures import MeasureKind
 
 Gap = Annotated[float, Field(gt=0, le=100)]
 Depth = Annotated[float, Field(gt=0, le=6)]
@@ -76,26 +77,6 @@ class SweepQuality(Config):
             msg = f"light_depth_mm = {self.light_depth_mm:g} is not allowed: must be below {self.touch_depth_mm:g}"
             raise ValueError(msg)
         return self
-
-
-Better = Literal["higher", "lower"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MeasureKind:
-    """One measure."""
-
-    title: str
-    unit: str
-    """Empty for a pure number."""
-    digits: int
-    """Decimals that are shown."""
-    better: Better | None
-    """Which way is better; None where that depends on the job."""
-    is_exact: bool = False
-    """Whether it follows from the design alone; equal ends of another's interval say that all resamples were alike."""
-    meaning: str
-    """One sentence on what is measured and what its interval stands for; `{...}` are values of the quality."""
 
 
 MEASURES: dict[str, MeasureKind] = {

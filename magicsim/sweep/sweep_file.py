@@ -13,10 +13,11 @@ from magicsim.dataset.recipes.recipe import IN_TABLES, CameraNoise, Tolerances
 from magicsim.errors import unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
+from magicsim.judge.measures import Better
 from magicsim.sampling.distribution import Distribution, Value, choose
 from magicsim.scenes.rig import Rig, in_room
 from magicsim.scenes.scene import RenderSettings, Seed
-from magicsim.sweep.measures import MEASURES, Better, SweepQuality
+from magicsim.sweep.measures import MEASURES, SweepQuality
 from magicsim.sweep.result import DesignResult
 
 SHAPES = (

@@ -103,3 +103,10 @@ def test_detectors_load_opencv_and_numpy_and_nothing_else():
     outside = {name for name in loaded - bare if name not in sys.stdlib_module_names}
     assert outside - {"magicsim"} >= {"numpy", "cv2"}
     assert outside <= {"numpy", "cv2", "magicsim"}
+
+
+def test_intervals_and_their_level_are_made_in_one_room():
+    makes = re.compile(r"\b(?:binomtest|gammaincinv|permutation_test|proportion_ci|CONFIDENCE)\b|0\.025, *0\.975")
+    files = [path for folder in (PACKAGE, ROOT / "benchmarks") for path in folder.rglob("*.py")]
+    found = {str(path.relative_to(ROOT)) for path in files if makes.search(path.read_text("utf-8"))}
+    assert found == {"magicsim/judge/intervals.py"}

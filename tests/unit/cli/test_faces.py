@@ -6,7 +6,7 @@ import pytest
 
 from magicsim.errors import ConfigError
 from magicsim.evaluation.suite import load_suite
-from magicsim.judge.measures import OF_PROXIMITY
+from magicsim.judge.measures import COMPUTE, TABLE
 from magicsim.judge.verdicts import COATED
 
 from .conftest import Shell
@@ -80,7 +80,7 @@ def test_proximity_of_a_coated_run_is_not_judged_by_any_command(shell: Shell):
     judged = shell.json("evaluate", "--on", "run", "--profile", "published", code=1)  # a class is never named
     headline = judged["metrics"][judged["standard"]]
     assert judged["not_judged"] == COATED
-    assert {headline[name]["value"] for name in OF_PROXIMITY} == {None}
+    assert {headline[name]["value"] for name in COMPUTE if TABLE[name].task == "proximity"} == {None}
     assert headline["contact_balanced_accuracy"]["value"] is not None
     assert not any(sum(row.values()) for row in judged["confusion"]["proximity"].values())
     assert judged["roc"]["approach"] is None

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from magicsim.evaluation.answers import judge_footage
-from magicsim.evaluation.baseline import Baseline
+from magicsim.evaluation.baseline import Baseline, load_baseline, save_baseline
 from magicsim.evaluation.detector import MakeDetector, ProfileDetector
 from magicsim.evaluation.evaluate import Evaluation, evaluate_suite, film_suite
 from magicsim.evaluation.suite import SuiteConfig
@@ -57,3 +57,10 @@ def judge(tiny: tuple[SuiteConfig, Path]) -> Callable[..., list[JudgedEpisode]]:
 @pytest.fixture(scope="package")
 def found(evaluate: Callable[..., Evaluation]) -> Evaluation:
     return evaluate()
+
+
+@pytest.fixture(scope="package")
+def worse(evaluate: Callable[..., Evaluation], found: Evaluation, tmp_path_factory: pytest.TempPathFactory):
+    path = tmp_path_factory.mktemp("page") / "baseline.json"
+    save_baseline(path, found.episodes, suite="tiny", detector="built-in")
+    return evaluate(tau_g=0.6, baseline=load_baseline(path))

@@ -36,13 +36,6 @@ class Page(HTMLParser):
         assert self.open.pop() == tag
 
 
-@pytest.fixture(scope="module")
-def worse(evaluate: Callable[..., Evaluation], found: Evaluation, tmp_path_factory: pytest.TempPathFactory):
-    path = tmp_path_factory.mktemp("page") / "baseline.json"
-    save_baseline(path, found.episodes, suite="tiny", detector="built-in")
-    return evaluate(tau_g=0.6, baseline=load_baseline(path))
-
-
 def test_page_needs_nothing_else_and_closes_every_tag(worse: Evaluation):
     page = Page()
     page.feed(render_page(worse))

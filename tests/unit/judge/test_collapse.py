@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from evaluation.synthetic import judged
 
-from magicsim.evaluation.evaluate import confusion
 from magicsim.frame_class import FrameClass
 from magicsim.judge.collapse import CHANCE, Collapse, collapses
-from magicsim.judge.measures import estimate
-from magicsim.judge.tally import JudgedEpisode, tally
+from magicsim.judge.intervals import estimate
+from magicsim.judge.tally import JudgedEpisode, confusion, tally
 
 NAMES = [f"take-{number}" for number in range(6)]
 

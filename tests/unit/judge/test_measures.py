@@ -5,7 +5,7 @@ from sklearn.metrics import precision_recall_fscore_support, roc_auc_score
 
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
 from magicsim.frame_class import FrameClass
-from magicsim.judge.measures import MEASURES, measure
+from magicsim.judge.measures import COMPUTE, measure
 from magicsim.judge.score import score_verdicts
 from magicsim.judge.tally import JudgedEpisode, approach_lead, class_scores, tally, touch_onset
 
@@ -51,7 +51,7 @@ def test_area_is_that_of_scikit_learn_for_any_weights(name: str, score: str, pos
             values += found.tolist()
             frame_weights += [weight] * len(found)
     expected = roc_auc_score(truth, values, sample_weight=frame_weights)
-    assert MEASURES[name].compute(tally(MIXED), weights[None])[0] == pytest.approx(expected)
+    assert COMPUTE[name](tally(MIXED), weights[None])[0] == pytest.approx(expected)
     assert expected < 1
 
 

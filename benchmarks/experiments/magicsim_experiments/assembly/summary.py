@@ -8,10 +8,9 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from scipy.stats import binomtest
 
+from magicsim.judge.intervals import exact_share
 from magicsim.robot.grip.load import Hold
-from magicsim.sampling.bootstrap import CONFIDENCE
 from magicsim_experiments.assembly.stages import BEFORE, EARLY, Misalignment, TrialStage
 from magicsim_experiments.assembly.trial import Cues
 from magicsim_experiments.task.summary import reasons_of
@@ -67,19 +66,15 @@ class Rate:
     rate: float | None
     """None without any trial."""
     low: float | None
-    """Wilson's interval of 95 %."""
+    """Exact interval of 95 %."""
     high: float | None
 
     @classmethod
     def of_trials(cls, found: Sequence[bool]) -> "Rate":
         """From what was found in each trial."""
-        if not found:
-            return cls(recognised=0, of=0, rate=None, low=None, high=None)
         count = int(sum(found))
-        interval = binomtest(count, len(found)).proportion_ci(CONFIDENCE, method="wilson")
-        return cls(
-            recognised=count, of=len(found), rate=count / len(found), low=float(interval.low), high=float(interval.high)
-        )
+        share = exact_share(count, len(found))
+        return cls(recognised=count, of=len(found), rate=share.value, low=share.low, high=share.high)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
