@@ -1,6 +1,7 @@
 from magicsim.camera.calibration import calibrate_camera
 from magicsim.dataset.generate import generate_dataset as make_dataset
 from magicsim.dataset.recipes.recipe import load_recipe
+from magicsim.deform.indentation.bearing import Bearing, press_limits
 from magicsim.deform.indentation.durometer import DurometerResult, durometer
 from magicsim.deform.indentation.path import PressResult
 from magicsim.deform.indentation.press import PressCurve, press, press_curve
@@ -28,11 +29,11 @@ from magicsim.sweep.comparison import run_sweep
 from magicsim.sweep.sweep_file import load_sweep
 
 __all__ = [
-    "DurometerResult", "ElastomerDesign", "Episode", "FrameTruth", "PressCurve", "PressResult", "Rendering",
+    "Bearing", "DurometerResult", "ElastomerDesign", "Episode", "FrameTruth", "PressCurve", "PressResult", "Rendering",
     "Rig", "SceneConfig", "ScenePlan", "Sensor", "SimulatedFrame", "calibrate", "calibrate_camera", "detect",
     "durometer", "evaluate", "evaluate_suite", "export_design", "fit_constants", "judge_episode", "live_sensor",
-    "load_design", "load_object", "load_profile", "load_recipe", "load_rig", "load_scene", "load_suite",
-    "load_sweep", "make_dataset", "plan_scene", "press", "press_curve", "relight", "render", "render_still",
+    "load_design", "load_object", "load_profile", "load_recipe", "load_rig", "load_scene", "load_suite", "load_sweep",
+    "make_dataset", "plan_scene", "press", "press_curve", "press_limits", "relight", "render", "render_still",
     "run_scene", "run_sweep", "simulate",
 ]  # fmt: skip
 __version__: str

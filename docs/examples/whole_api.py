@@ -25,6 +25,12 @@ def press_deeper_and_deeper(settings: list[str]) -> list[float]:
     return [point[2] for point in magicsim.press_curve(block, ball, [0.5, 1.0]).forces_n]
 
 
+def press_until_it_fails(settings: list[str]) -> float | None:
+    """Depth at which something of the block fails first, every strength at its lowest [mm]."""
+    dome = magicsim.load_object("domed_cylinder:radius_mm=1")
+    return magicsim.press_limits(magicsim.load_design(BLOCK, settings), dome).as_dict()["recommended_depth_mm"]
+
+
 def harden(settings: list[str]) -> float:
     """Shore A hardness of the block."""
     return magicsim.durometer(magicsim.load_design(BLOCK, settings)).shore_a
@@ -92,6 +98,7 @@ def main(out: Path) -> None:
     print(
         press([]),
         press_deeper_and_deeper([]),
+        press_until_it_fails([]),
         harden([]),
         print_and_calibrate(out, []),
         simulate_and_judge(out, []),

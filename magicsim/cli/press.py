@@ -20,19 +20,21 @@ app.command(press_app)
 @press_app.default
 def press(
     design: str, *, object: Annotated[str, Parameter(name="--object", help="KIND:key=value,...")],
-    depth_mm: float,
+    depth_mm: Annotated[float | None, Parameter(help="From first contact; with --limits the deepest tried.")] = None,
     shear_mm: Annotated[str, Parameter(allow_leading_hyphen=True, help="X,Y after the press.")] = "0,0",
     twist_deg: float = 0.0, friction: float = 0.0,
     speed_mm_s: Annotated[float | None, Parameter(help="Speed, for a path that takes time.")] = None,
     hold_s: Annotated[float, Parameter(help="Time at the end of such a path.")] = 0.0,
     curve: Annotated[Path | None, Parameter(help="FILE.csv or .png: force against depth, up to --depth-mm.")] = None,
     points: Annotated[int, Parameter(help="Depths of the curve, evenly from 0.")] = 21,
+    limits: Annotated[bool, Parameter(negative="", help="Where the infill yields and the skin tears.")] = False,
     max_iterations: Annotated[int, Parameter(help="Bound on time: iterations at one place of the path.")] = 2000,
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Solve one contact: press, then shear, then twist; quasi-static unless a speed is given.
 
     With --curve the press is solved once, depth after depth, and force against depth goes to a table or a picture.
+    With --limits it goes on until every strength of the design's [limits] is passed, and says at which depth and force.
     """
     from magicsim.config.models import load_preset
     from magicsim.geometry.design import ElastomerDesign
@@ -40,11 +42,25 @@ def press(
 
     block = load_preset(ElastomerDesign, "design", design, settings or [])
     thing, shear = parse_object(object), _pair("shear_mm", shear_mm)
-    if curve is not None:
+    if curve is not None or limits:
         others = {"shear_mm": shear != (0.0, 0.0), "twist_deg": twist_deg != 0, "hold_s": hold_s != 0}
-        for name, is_given in (others | {"speed_mm_s": speed_mm_s is not None}).items():
+        others |= {"speed_mm_s": speed_mm_s is not None, "curve": limits and curve is not None}
+        for name, is_given in others.items():
+            if is_given and limits:
+                raise ConfigError(f"{name} is not allowed with limits: they are of a straight press without time")
             if is_given:
                 raise ConfigError(f"{name} is not allowed with curve: a curve is a straight press without time")
+    if limits:
+        from magicsim.cli.progress import show_progress
+        from magicsim.deform.indentation.bearing import press_limits
+
+        with show_progress(f"{design}: limits") as progress:
+            found = press_limits(block, thing, depth_mm=depth_mm, friction=friction, progress=progress)
+        print_result(found.as_dict() | {"design_limits": block.limits.model_dump(mode="json")}, as_json=json)
+        return
+    if depth_mm is None:
+        raise ConfigError("depth_mm is missing: only with limits it may be left out")
+    if curve is not None:
         title = f"{object} pressed into {design}" + (f", friction {friction:g}" if friction else "")
         values = _curve(block, thing, depth_mm, points, friction, max_iterations, curve, title)
         print_result(values, as_json=json)

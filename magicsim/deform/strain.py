@@ -13,6 +13,13 @@ that is pulled by so much.
 Gauss points lie inside the cells: what happens between the outermost of them and the surface of the skin is left out,
 less of it the more cells there are across the skin (`lattice.spacing_mm`).
 
+What tears a skin is told of its two sides (`SkinCells.strained`). In the middle of a cell F is second-order accurate
+and free of the modes in which single cells fold; F and the pressure p = lambda (Jbar - 1) there go on to each side by
+the line through the two layers next to it. With l the principal stretches the principal nominal stresses, forces over
+areas at rest as a tensile test has them, are
+
+    P_i = (J / l_i) (mu (l_i^2 - 1) / J + p).
+
 **Infill.** The lattice carries whole printed cells: walls and infill together. With F = R U the mean deformation
 gradient of a printed cell, its infill has on average the logarithmic strain E = A : ln U. A comes from the same
 periodic cell problem as the cell's stiffness and says how much more than the cell the soft infill strains between
@@ -94,6 +101,30 @@ class SkinCells:
             von_mises_mpa=stress.max(1).reshape(self.layers, *shape).max(0),
         )
 
+    def strained(self, deformation: Deformation) -> tuple[float, float]:
+        """Largest principal stretch and largest principal nominal stress [MPa] on the two sides of the skin."""
+        if deformation.is_rest:
+            return 1.0, 0.0
+        count = len(self.inverse)
+        middles = self.deformation_gradients(deformation.displacements_mm).mean(1)
+        gradients = self._on_sides(middles.reshape(self.layers, -1, 3, 3))
+        pressure = self._on_sides(deformation.pressure_mpa[:count].reshape(self.layers, -1))
+        stretches = np.linalg.svd(gradients, compute_uv=False)
+        jacobian = stretches.prod(-1)
+        modulus = self.lattice.shear_modulus_mpa[: gradients.shape[1], None]
+        stress = modulus * (stretches - 1 / stretches) + (jacobian * pressure)[..., None] / stretches
+        return float(stretches.max()), float(stress.max())
+
+    def _on_sides(self, values: Array) -> Array:
+        """Values in the middles of cells, shape (layers, columns, ...), on the face and the core's side of the skin."""
+        if self.layers == 1:
+            return values
+        edges = np.diff(self.lattice.planes_mm[2])[: self.layers]
+        outer, inner = edges[0] / (edges[0] + edges[1]), edges[-1] / (edges[-1] + edges[-2])
+        return np.stack([
+            values[0] + outer * (values[0] - values[1]), values[-1] + inner * (values[-1] - values[-2]),
+        ])  # fmt: skip
+
     def _kirchhoff(self, f: Array, deformation: Deformation) -> Array:
         """J times the Cauchy stress but for its isotropic part, shape (cells, 8, 3, 3) [MPa]."""
         transposed = f.transpose(0, 1, 3, 2)
@@ -151,13 +182,17 @@ class InfillCells:
     localisation: Localisation
 
     @classmethod
-    def of(cls, design: ElastomerDesign, lattice: Lattice) -> Self | None:
-        """The infill of a block, or None where it has none."""
+    def of(cls, design: ElastomerDesign, lattice: Lattice, *, corners_mm: Array | None = None) -> Self | None:
+        """The infill of a block, or None where it has none.
+
+        `corners_mm` are the corners of smallest x, y and z of other cells than the printed ones, shape (cells, 3) [mm]:
+        a core of effective cells has them anywhere.
+        """
         grid = lattice.grid
         fields = printed_fields(design, grid)
         if grid is None or fields is None:
             return None
-        corners = grid.centres_mm() - grid.pitch_mm / 2
+        corners = grid.centres_mm() - grid.pitch_mm / 2 if corners_mm is None else corners_mm
         return cls(
             grid=grid,
             gradient=mean_gradient(lattice, corners, grid.pitch_mm, design),
@@ -169,9 +204,13 @@ class InfillCells:
         nx, ny, nz = self.grid.counts
         if deformation.is_rest:
             return np.zeros((nz, ny, nx))
-        gradient = np.asarray(self.gradient @ deformation.displacements_mm).reshape(-1, 3, 3)
+        return self.shears(deformation.displacements_mm).reshape(nz, ny, nx)
+
+    def shears(self, displacements_mm: Array) -> Array:
+        """Shear gamma of each cell from nodal displacements, shape (cells,)."""
+        gradient = np.asarray(self.gradient @ displacements_mm).reshape(-1, 3, 3)
         _, strain = rotation_and_strain(np.eye(3) + gradient.transpose(0, 2, 1))
-        return shear_of(self.localisation.applied(strain)).reshape(nz, ny, nx)
+        return shear_of(self.localisation.applied(strain))
 
 
 def shear_of(strain: Array) -> Array:

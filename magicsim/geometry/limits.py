@@ -1,6 +1,8 @@
-"""What a print bears: the largest force and depth of a press that its makers recommend.
+"""What a print bears: the largest force and depth of a press that its makers recommend, and strengths of its materials.
 
 A contact is sharp, and the sharp limits hold, where its radius, that of a disc of its area, is below `sharp_radius_mm`.
+Strengths are told as the lowest and the highest of a data sheet, or of what is assumed; no solve uses them
+(`magicsim.deform.indentation.bearing` says where a press reaches them).
 """
 
 import logging
@@ -15,6 +17,8 @@ from magicsim.config.models import Config
 LOGGER = logging.getLogger(__name__)
 LimitN = Annotated[float, Field(gt=0, le=1e4)]
 LimitMm = Annotated[float, Field(gt=0, le=25)]
+Strength = Annotated[float, Field(gt=0, le=1e3)]
+STRENGTHS = ("elongation_at_break", "tensile_strength_mpa", "infill_yield_mpa")
 
 
 class PressLimits(Config):
@@ -30,6 +34,12 @@ class PressLimits(Config):
     """Depth of a sharp contact; `depth_mm` where left out [mm]."""
     sharp_radius_mm: Annotated[float, Field(gt=0, le=100)] = 1.5
     """A contact whose area is less than that of a disc of this radius is sharp [mm]; assumed."""
+    elongation_at_break: tuple[Strength, Strength] | None = None
+    """Stretch less 1 at which the body tears, 2.2 for 220 %: lowest and highest."""
+    tensile_strength_mpa: tuple[Strength, Strength] | None = None
+    """Force over area at rest at which the body tears: lowest and highest [MPa]."""
+    infill_yield_mpa: tuple[Strength, Strength] | None = None
+    """Shear stress at which the infill begins to flow: lowest and highest [MPa]."""
 
     @model_validator(mode="after")
     def _check_sharp(self) -> Self:
@@ -37,6 +47,10 @@ class PressLimits(Config):
             most, sharp = getattr(self, name), getattr(self, f"sharp_{name}")
             if most is not None and sharp is not None and sharp > most:
                 raise ValueError(f"sharp_{name} = {sharp:g} is not allowed: must be at most {name} = {most:g}")
+        for name in STRENGTHS:
+            low, high = getattr(self, name) or (0.0, 0.0)
+            if low > high:
+                raise ValueError(f"{name} = [{low:g}, {high:g}] is not allowed: must not fall")
         return self
 
     def excess(self, *, depth_mm: float, force_n: float, area_mm2: float) -> str:

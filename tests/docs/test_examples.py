@@ -239,6 +239,8 @@ def test_whole_api_presses_prints_and_calibrates(whole_api, tmp_path):
     assert whole_api.press([*SMALL_BLOCK, "lattice.spacing_mm=2"]) > 0.5
     half, whole = whole_api.press_deeper_and_deeper([*SMALL_BLOCK, "lattice.spacing_mm=2"])
     assert 0 < half < whole
+    weak = ["limits.elongation_at_break=[0.05,0.1]", "limits.tensile_strength_mpa=[0.1,0.2]"]
+    assert 0 < whole_api.press_until_it_fails([*SMALL_BLOCK, *weak, "limits.infill_yield_mpa=[1e-4,2e-4]"]) < 1
     volume, scale = whole_api.print_and_calibrate(tmp_path, SMALL_BLOCK)
     assert 0 < volume < 12 * 12 * 6.6
     assert 0.01 < scale < 1

@@ -48,6 +48,33 @@ def test_press_writes_force_against_depth_and_still_prints_the_last_place(shell:
     assert "twist_deg is not allowed with curve" in shell.refusal("press", *COARSE, *BALL, "--depth-mm", 0.4, *beside)
 
 
+def test_press_says_what_the_print_bears(shell: Shell):
+    weak = ["--set", "limits.elongation_at_break=[0.02,9]", "--set", "limits.tensile_strength_mpa=[8,9]"]
+    found = shell.json("press", *COARSE, *BALL, "--depth-mm", 0.5, "--limits", *weak)
+    assert list(found) == [
+        "yield_depth_mm", "yield_force_n", "tear_depth_mm", "tear_force_n", "recommended_depth_mm",
+        "recommended_force_n", "recommended_by", "onsets", "stopped", "spacing_mm", "skin_layers", "seconds", "history",
+        "design_limits",
+    ]  # fmt: skip
+    assert 0 < found["tear_depth_mm"][0] < 0.5
+    assert found["tear_depth_mm"][1] is None
+    assert found["yield_depth_mm"] == [None, None]
+    assert found["recommended_force_n"] == found["tear_force_n"][0] > 0
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        ([], "depth_mm is missing: only with limits it may be left out"),
+        (["--limits", "--twist-deg", 3], "twist_deg is not allowed with limits: they are of a straight press"),
+        (["--limits", "--curve", "ball.csv"], "curve is not allowed with limits"),
+        (["--limits"], "the design says no strength"),
+    ],
+)
+def test_press_without_what_its_limits_need_is_one_line(shell: Shell, options: list[object], named: str):
+    assert named in shell.refusal("press", *COARSE, *BALL, *options)
+
+
 @pytest.mark.parametrize(
     ("depth", "named"),
     [
