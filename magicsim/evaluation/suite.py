@@ -24,8 +24,8 @@ MAX_TAKES = 10_000
 
 SHIPPED, QUICK = "small", "quick"
 """The suite whose quick part comes with the program, and the name of that part in results and baselines."""
-SETTINGS_OF_QUICK = ("resamples", "false_alarm_rate", "rest_s")
-"""What may be set where frames come with the program."""
+SETTINGS_OF_QUICK = ("resamples", "false_alarm_rate", "rest_s", "rig.camera.live")
+"""What may be set where frames come with the program: nothing that they were rendered with."""
 
 
 class SuiteObject(Config):
