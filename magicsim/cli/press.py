@@ -25,6 +25,8 @@ def press(
     twist_deg: float = 0.0, friction: float = 0.0,
     speed_mm_s: Annotated[float | None, Parameter(help="Speed, for a path that takes time.")] = None,
     hold_s: Annotated[float, Parameter(help="Time at the end of such a path.")] = 0.0,
+    infill_yield_mpa: Annotated[float | None, Parameter(help="Shear stress at which the infill flows.")] = None,
+    release: Annotated[bool, Parameter(negative="", help="Lift off at the end: the dent that is left.")] = False,
     curve: Annotated[Path | None, Parameter(help="FILE.csv or .png: force against depth, up to --depth-mm.")] = None,
     points: Annotated[int, Parameter(help="Depths of the curve, evenly from 0.")] = 21,
     limits: Annotated[bool, Parameter(negative="", help="Where the infill yields and the skin tears.")] = False,
@@ -44,7 +46,7 @@ def press(
     thing, shear = parse_object(object), _pair("shear_mm", shear_mm)
     if curve is not None or limits:
         others = {"shear_mm": shear != (0.0, 0.0), "twist_deg": twist_deg != 0, "hold_s": hold_s != 0}
-        others |= {"speed_mm_s": speed_mm_s is not None, "curve": limits and curve is not None}
+        others |= {"speed_mm_s": speed_mm_s is not None, "curve": limits and curve is not None, "release": release}
         for name, is_given in others.items():
             if is_given and limits:
                 raise ConfigError(f"{name} is not allowed with limits: they are of a straight press without time")
@@ -55,14 +57,16 @@ def press(
         from magicsim.deform.indentation.bearing import press_limits
 
         with show_progress(f"{design}: limits") as progress:
-            found = press_limits(block, thing, depth_mm=depth_mm, friction=friction, progress=progress)
+            found = press_limits(
+                block, thing, depth_mm=depth_mm, friction=friction, infill_yield_mpa=infill_yield_mpa, progress=progress
+            )
         print_result(found.as_dict() | {"design_limits": block.limits.model_dump(mode="json")}, as_json=json)
         return
     if depth_mm is None:
         raise ConfigError("depth_mm is missing: only with limits it may be left out")
     if curve is not None:
         title = f"{object} pressed into {design}" + (f", friction {friction:g}" if friction else "")
-        values = _curve(block, thing, depth_mm, points, friction, max_iterations, curve, title)
+        values = _curve(block, thing, depth_mm, points, friction, infill_yield_mpa, max_iterations, curve, title)
         print_result(values, as_json=json)
         return
     from magicsim.cli.progress import show_progress
@@ -71,7 +75,8 @@ def press(
     with show_progress(f"{design}: press") as progress:
         result = solve(
             block, thing, depth_mm=depth_mm, shear_mm=shear, twist_deg=twist_deg, friction=friction,
-            speed_mm_s=speed_mm_s, hold_s=hold_s, max_iterations=max_iterations, progress=progress,
+            speed_mm_s=speed_mm_s, hold_s=hold_s, infill_yield_mpa=infill_yield_mpa, release=release,
+            max_iterations=max_iterations, progress=progress,
         )  # fmt: skip
     print_result(result.as_dict(), as_json=json)
 
@@ -107,6 +112,7 @@ def _curve(
     depth_mm: float,
     points: int,
     friction: float,
+    infill_yield_mpa: float | None,
     max_iterations: int,
     target: Path,
     title: str,
@@ -123,7 +129,10 @@ def _curve(
         raise ConfigError("depth_mm = 0 is not allowed with curve: must be above 0")
     depths = [depth_mm * number / (points - 1) for number in range(points)]
     with show_progress(title) as progress:
-        found = press_curve(block, thing, depths, friction=friction, max_iterations=max_iterations, progress=progress)
+        found = press_curve(
+            block, thing, depths, friction=friction, infill_yield_mpa=infill_yield_mpa, max_iterations=max_iterations,
+            progress=progress,
+        )  # fmt: skip
     write_curve(found, target, title=title)
     return found.result.as_dict() | {"curve": str(target)}
 

@@ -25,6 +25,7 @@ from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.indentation.press import check_depth, check_friction, compile_kernels
 from magicsim.deform.lattice.spot import QUARTERS, central_lattice, is_mirror_image
 from magicsim.deform.lattice.structure import Lattice
+from magicsim.deform.lattice.yielding import FlowLaw
 from magicsim.deform.lattice.zone import Zone, contact_zone
 from magicsim.deform.solve.iterate import Progress, part_of
 from magicsim.deform.solve.path import ContactSolver
@@ -129,6 +130,7 @@ def press_limits(
     *,
     depth_mm: float | None = None,
     friction: float = 0.0,
+    infill_yield_mpa: float | None = None,
     progress: Progress | None = None,
     told: Told = on_stderr,
 ) -> Bearing:
@@ -139,6 +141,7 @@ def press_limits(
         object_config: The object.
         depth_mm: Deepest place that is tried, from first contact [mm]; 90 % of the height by default.
         friction: Coulomb's coefficient between object and face.
+        infill_yield_mpa: Shear stress at which the infill flows [MPa]; the solve is elastic by default.
         progress: Told after every iteration, see `Progress`.
         told: Hears what takes longer than two seconds; nothing where `progress` does.
 
@@ -163,7 +166,9 @@ def press_limits(
     is_quarter = is_mirror_image(poses[-1]) and not isinstance(design.face, HeightMap)
     spacing = bearing_spacing_mm(design, zone)
     lattice = central_lattice(design, zone, spacing_mm=spacing, is_quarter=is_quarter)
-    solver = ContactSolver(lattice, friction=friction, point_spacing_mm=point_spacing_mm(poses[0].shape))
+    flow = None if infill_yield_mpa is None else FlowLaw.of(design, lattice, infill_yield_mpa)
+    spaced = point_spacing_mm(poses[0].shape)
+    solver = ContactSolver(lattice, friction=friction, point_spacing_mm=spaced, flow=flow)
     skin, infill, modulus = SkinCells.of(design, lattice), _infill_below(design, lattice, zone), _infill_mpa(design)
     places, state, stopped = list[BearingPlace](), None, f"depth_mm = {deepest:g} is reached"
     with waiting("pressing until something fails", told if progress is None else unheard) as share:

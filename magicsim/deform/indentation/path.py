@@ -63,9 +63,13 @@ class PathForce:
     """Torque about the origin [N mm]."""
     contact_area_mm2: float
     """Deformed area that touches, see `Deformation` [mm2]."""
+    dissipated_nmm: float | None = None
+    """Energy that the infill's flow has taken so far [N mm]; None where it cannot flow."""
+    dent_mm: float | None = None
+    """Deepest point of the contact face [mm]; None where the infill cannot flow."""
 
     def as_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON; no time where there is none."""
+        """The keys of the command line's JSON; no time where there is none, and no flow."""
         return {key: value for key, value in asdict(self).items() if value is not None}
 
 
@@ -148,6 +152,7 @@ def path_forces(
         here = mirror_planes(lattice, face_mm, pose) if any(mirrors) else (False, False)
         mirrors = (mirrors[0] and here[0], mirrors[1] and here[1])  # what was bent on the way may stay so
         force, torque = left_by_mirrors(state.force_n, state.torque_nmm, mirrors, reach_mm)
+        deepest = float(state.displacements_mm[: lattice.layer_nodes, 2].max())
         shear_x, shear_y = (pose.pose.position_mm[:2] - begin).tolist()
         forces.append(
             PathForce(
@@ -158,6 +163,8 @@ def path_forces(
                 force_n=as_vector(force),
                 torque_nmm=as_vector(torque),
                 contact_area_mm2=state.contact_area_mm2,
+                dissipated_nmm=state.yielded.dissipated_nmm if state.yielded is not None else None,
+                dent_mm=deepest if state.yielded is not None else None,
             )
         )
     return tuple(forces)

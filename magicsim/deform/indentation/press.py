@@ -16,6 +16,7 @@ from magicsim.deform.deformation import Deformation
 from magicsim.deform.indentation.path import PathForce, PressResult, path_forces, timed_poses
 from magicsim.deform.lattice.relaxation import body_branches
 from magicsim.deform.lattice.structure import box_lattice, build_lattice
+from magicsim.deform.lattice.yielding import FlowLaw
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.solve.iterate import Progress, part_of
 from magicsim.deform.solve.ladder import Rung, rung_names
@@ -34,6 +35,8 @@ MAX_FRICTION = 5.0
 MAX_SPEED_MM_S = 1e4
 MAX_HOLD_S = 1e6
 MOST_ITERATIONS = 1_000_000
+RELEASED_MM = 0.5
+"""Gap of an object that is lifted off [mm]."""
 MAX_POINTS = 1000
 """Most depths of one curve."""
 
@@ -76,6 +79,8 @@ def press(
     friction: float = 0.0,
     speed_mm_s: float | None = None,
     hold_s: float = 0.0,
+    infill_yield_mpa: float | None = None,
+    release: bool = False,
     tolerance_mm: float = 0.002,
     max_iterations: int = MAX_ITERATIONS,
     progress: Progress | None = None,
@@ -94,6 +99,8 @@ def press(
         friction: Coulomb's coefficient between object and face.
         speed_mm_s: Speed of the object on a path that takes time [mm/s]; the body must have a Prony series.
         hold_s: Time at the end of such a path [s].
+        infill_yield_mpa: Shear stress at which the infill flows [MPa]; it never does by default, nor on a timed path.
+        release: Whether the object is lifted off at the end, which leaves a dent where the infill has flowed.
         tolerance_mm: Largest penetration at any contact point [mm].
         max_iterations: Iterations at one place of the path before the press is given up.
         progress: Told after every iteration, see `Progress`.
@@ -112,6 +119,10 @@ def press(
     check_number("max_iterations", max_iterations, 1, MOST_ITERATIONS, whole=True)
     _check_range("tolerance_mm", tolerance_mm, 1e-6, MAX_TOLERANCE_MM, "a tenth of a millimetre")
     _check_time(speed_mm_s, hold_s, twist_deg)
+    if speed_mm_s is not None and infill_yield_mpa is not None:
+        raise ConfigError("infill_yield_mpa is not allowed with speed_mm_s: a timed path has no flow of the infill")
+    if release and infill_yield_mpa is None:
+        raise ConfigError("release is not allowed without infill_yield_mpa: nothing else leaves a dent")
     stages = [((0.0, 0.0), 0.0), (shear_mm, 0.0), (shear_mm, twist_deg)]
     stages = [stage for number, stage in enumerate(stages) if number == 0 or stage != stages[number - 1]]
     poses = [
@@ -124,12 +135,19 @@ def press(
         lengths = [depth_mm, math.hypot(*shear_mm)][: len(poses)]
         steps = list(timed_poses([first, *poses], lengths, speed_mm_s=speed_mm_s, hold_s=hold_s))
     twists = [0.0] * len(steps) if speed_mm_s is not None else [twist for _, twist in stages]
+    if release:
+        (x, y), twist = stages[-1]
+        for gap in (0.0, RELEASED_MM):
+            pose = place_object(object_config, gap_mm=gap, x_mm=x, y_mm=y, twist_deg=twist, design=design)
+            steps.append((pose, math.inf))
+        twists += [twist, twist]
     with waiting("pressing", told if progress is None else unheard) as share:
         result = follow(
             design,
             steps,
             twists,
             friction=friction,
+            infill_yield_mpa=infill_yield_mpa,
             tolerance_mm=tolerance_mm,
             max_iterations=max_iterations,
             progress=progress or share,
@@ -144,6 +162,7 @@ def press_curve(
     depths_mm: Sequence[float] | Array,
     *,
     friction: float = 0.0,
+    infill_yield_mpa: float | None = None,
     tolerance_mm: float = 0.002,
     max_iterations: int = MAX_ITERATIONS,
     progress: Progress | None = None,
@@ -159,6 +178,7 @@ def press_curve(
         object_config: The object.
         depths_mm: Depths from first contact along +z, each larger than the one before [mm].
         friction: Coulomb's coefficient between object and face.
+        infill_yield_mpa: Shear stress at which the infill flows [MPa]; it never does by default.
         tolerance_mm: Largest penetration at any contact point [mm].
         max_iterations: Iterations at one place of the path before the press is given up.
         progress: Told after every iteration, see `Progress`.
@@ -189,6 +209,7 @@ def press_curve(
             steps,
             twists,
             friction=friction,
+            infill_yield_mpa=infill_yield_mpa,
             tolerance_mm=tolerance_mm,
             max_iterations=max_iterations,
             progress=progress or share,
@@ -203,6 +224,7 @@ def follow(
     twists_deg: Sequence[float],
     *,
     friction: float,
+    infill_yield_mpa: float | None = None,
     tolerance_mm: float,
     max_iterations: int = MAX_ITERATIONS,
     progress: Progress | None,
@@ -214,6 +236,7 @@ def follow(
         steps: Poses along the path, and the time that each step takes [s]; infinite on a quasi-static path.
         twists_deg: Turn about z of each pose on the path [degrees].
         friction: Coulomb's coefficient between object and face.
+        infill_yield_mpa: Shear stress at which the infill flows [MPa].
         tolerance_mm: Largest penetration at any contact point [mm].
         max_iterations: Iterations at one place of the path before the press is given up.
         progress: Told after every iteration, see `Progress`.
@@ -234,6 +257,7 @@ def follow(
         friction=friction,
         point_spacing_mm=point_spacing_mm(poses[0].shape),
         branches=body_branches(design, lattice) if math.isfinite(steps[0][1]) else None,
+        flow=None if infill_yield_mpa is None else FlowLaw.of(design, lattice, infill_yield_mpa),
     )
     states: list[Deformation] = []
     for number, (pose, dt) in enumerate(steps):

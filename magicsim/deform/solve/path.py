@@ -16,6 +16,7 @@ from magicsim.deform.deformation import Deformation, border_gaps_mm, touching_po
 from magicsim.deform.lattice.relaxation import Branches, Relaxation
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import has_settled
+from magicsim.deform.lattice.yielding import FlowLaw, Yielding
 from magicsim.deform.overlap import burial_fault, overlap_fault
 from magicsim.deform.solve.condensed import Condenser
 from magicsim.deform.solve.factorise import on_one_blas_thread
@@ -61,6 +62,9 @@ SHORTEST_FEATURE_MM = 0.1
 MAX_ITERATIONS = 2000
 """Iterations of one equilibrium before a press is given up, all load steps and restarts together. Time is bounded in
 work, so that it never decides about a result; the 649 presses of `benchmarks/stress.py` need at most 874."""
+FLOW_STEP_MM, FLOW_ROUNDS, FLOW_TOLERANCE = 0.1, 40, 1e-3
+"""Longest way between two states of an infill that flows [mm]; most equilibria for one of them, and the change of its
+metrics that ends them: assumed."""
 LONGER = 4
 """How much longer the load steps of a path are that is begun again: they do not meet the snaps of a face between the
 bumps of a texture at all; assumed."""
@@ -87,6 +91,7 @@ class ContactSolver:
         point_spacing_mm: float = POINT_SPACING_MM,
         branches: Branches | None = None,
         recovers: bool = False,
+        flow: FlowLaw | None = None,
         max_iterations: int = MAX_ITERATIONS,
     ) -> None:
         """Prepares a lattice.
@@ -100,10 +105,11 @@ class ContactSolver:
             point_spacing_mm: Largest distance between contact points at rest [mm].
             branches: Relaxation of a timed path; None is the quasi-static, long-term response.
             recovers: Whether a dent goes on recovering where nothing touches; it needs branches.
+            flow: How the infill flows; it keeps a dent. None where it does not; not on a timed path.
             max_iterations: Bound of one equilibrium, see `MAX_ITERATIONS`.
         """
         self.max_iterations = max_iterations
-        self.recovers = recovers and branches is not None
+        self.recovers = (recovers and branches is not None) or flow is not None
         self.lattice = lattice
         self.max_step_mm = max_step_mm
         self._problem = Problem.of(
@@ -114,6 +120,7 @@ class ContactSolver:
             branches=branches,
         )
         self._relaxation = Relaxation.of(self._problem.elasticity, branches) if branches is not None else None
+        self._yielding = Yielding(elasticity=self._problem.elasticity, law=flow) if flow is not None else None
         self._condenser = Condenser()
         rest = Deformation.rest(lattice, self._problem.face)
         self._rest = replace(rest, relaxation=self._relaxation.rest()) if self._relaxation is not None else rest
@@ -153,6 +160,8 @@ class ContactSolver:
             raise ConvergenceError(buried)
         start = previous if previous is not None and previous.pose is not None else self._rest
         problem, effort = self._timed(start, dt_s), Effort(progress=progress)
+        if self._yielding is not None:
+            return self._flow_along(self._yielding, indenter, start, effort)
         state = self._follow_path(problem, indenter, start, effort)
         if state is None and self._forgets_its_path:
             effort.restarts, effort.rungs = 1, frozenset((Rung.FEWER,))
@@ -172,6 +181,27 @@ class ContactSolver:
             return state
         positions = self.lattice.nodes_mm + state.displacements_mm
         return replace(state, relaxation=self._relaxation.advanced(start.relaxation, positions, dt_s=dt_s))
+
+    def _flow_along(self, yielding: Yielding, indenter: Indenter, start: Deformation, effort: Effort) -> Deformation:
+        """The end of a way on which the infill flows, step by step, each with metrics that fit its equilibrium."""
+        first = start.pose or first_contact(indenter)
+        count = max(1, math.ceil(way_length_mm(first, indenter.pose, reach_mm(start, first)) / FLOW_STEP_MM - ROUNDING))
+        state = start
+        for step in range(1, count + 1):
+            pose = indenter.pose if step == count else pose_between(first, indenter.pose, step / count)
+            before = now = state.yielded or yielding.rest()
+            for _ in range(FLOW_ROUNDS):
+                problem = replace(self._problem, elasticity=yielding.at(now))
+                found = self._follow_path(problem, replace(indenter, pose=pose), state, effort)
+                if found is None:
+                    raise ConvergenceError(report(problem, effort))
+                last, now = now, yielding.advanced(before, self.lattice.nodes_mm + found.displacements_mm)
+                state = replace(found, yielded=now)
+                if np.abs(now.tensors - last.tensors).max(initial=0.0) <= FLOW_TOLERANCE:
+                    break
+            else:
+                raise ConvergenceError(f"the infill's flow does not converge in {FLOW_ROUNDS} equilibria of one step")
+        return state
 
     def _refuse_overlap(self, state: Deformation, indenter: Indenter) -> None:
         """Raises ConvergenceError where the object lies inside the block between its contact points."""
@@ -267,9 +297,14 @@ class ContactSolver:
     def _has_passed_through(self, iterate: Iterate | None) -> bool:
         """Whether nothing presses back, as around an object that has pierced the face: not an answer below an object.
 
-        On a timed path it is one: a dent that still recovers.
+        On a timed path it is one, a dent that still recovers, and so it is where a dent of the infill stays.
         """
-        return self._relaxation is None and iterate is not None and lift(self._problem, iterate) <= LEAST_LIFT
+        return (
+            self._relaxation is None
+            and self._yielding is None
+            and iterate is not None
+            and lift(self._problem, iterate) <= LEAST_LIFT
+        )
 
     def _result(self, problem: Problem, iterate: Iterate, pose: Pose, effort: Effort) -> Deformation:
         contact, face = iterate.contact, problem.face

@@ -1,0 +1,157 @@
+"""Infill that flows: a branch of the core's stiffness that carries a bounded stress, with its dent and its heat.
+
+Of the effective shear modulus of a core cell the part Delta mu is the infill's: what the cell problem loses when the
+infill carries no shear (the nearest isotropic modulus, mu + 2/5 beta). That part is a network with a natural inverse
+metric A at each Gauss point, 1 at rest, as the branches of `lattice.relaxation` have:
+
+    W = ... + Delta mu / 2 (tr(F A F^T) - tr(F F^T)),   tau = Delta mu (b - 1),   b = F A F^T.
+
+With e' the deviator of ln b / 2 its elastic shear is gamma = sqrt(tr exp(2 e') - 3), the amount of a simple shear, and
+the infill's own is k gamma: the energies phi mu_i (k gamma)^2 / 2 of infill in the share phi of the volume and of the
+network agree for k = sqrt(Delta mu / (phi mu_i)). The infill flows at the shear stress tau_y where mu_i k gamma = tau_y
+(von Mises); e' is then scaled back to that surface at a fixed F (radial return, Simo 1992), which leaves det A = 1. It
+is perfectly plastic: no hardening and no rate. What is dissipated per volume at rest, tau : (1 - s) e' with s the
+scale, is never negative, since b_i grows with e_i.
+
+Left out: that the infill loses less along the walls than across (the drop of the modulus is 14 % too small in shear
+between the walls and 32 % too large along them in `mini-magictac`), that an infill that flows in one corner of its cell
+does not yet in another, and walls that buckle or tear.
+
+Reference: Simo, Comput. Meth. Appl. Mech. Eng. 99 (1992) 61.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from magicsim.arrays import Array, Index
+from magicsim.config.ranges import check_number
+from magicsim.deform.lattice.cell_problem import cell_fields, printed_fields
+from magicsim.deform.lattice.energy import Elasticity
+from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS, network_matrices
+from magicsim.deform.lattice.structure import Lattice
+from magicsim.errors import ConfigError
+from magicsim.geometry.design import ElastomerDesign
+
+MOST_YIELD_MPA = 10.0
+NO_SHEAR = 1e-3
+"""Shear modulus of an infill that carries none, in units of its own."""
+HALVINGS = 40
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class YieldState:
+    """Memory of an infill that flows."""
+
+    tensors: Array
+    """A at the Gauss points of the cells that can flow, shape (cells, 8, 3, 3)."""
+    dissipated_nmm: float
+    """Energy that has become heat since the path began [N mm]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FlowLaw:
+    """The part of a lattice's stiffness that flows."""
+
+    cells: Index
+    """Cells with infill, shape (cells,)."""
+    modulus_mpa: float
+    """Delta mu [MPa]."""
+    shear: float
+    """Elastic shear gamma at which the infill flows."""
+
+    @classmethod
+    def of(cls, design: ElastomerDesign, lattice: Lattice, yield_mpa: float) -> Self:
+        """The law of a design's infill that yields at a shear stress [MPa].
+
+        Raises:
+            ConfigError: The stress is not allowed, or the block has no infill.
+        """
+        check_number("infill_yield_mpa", yield_mpa, 1e-6, MOST_YIELD_MPA)
+        body, infill, grid = design.materials.body, design.materials.infill, lattice.grid
+        whole = printed_fields(design, grid)
+        if infill is None or grid is None or whole is None:
+            raise ConfigError(
+                f"infill_yield_mpa = {yield_mpa:g} is not allowed for a block without infill (cell_mm = 0)"
+            )
+        share = float(np.prod(grid.cell_mm / grid.pitch_mm))
+        flowing = cell_fields(
+            body=(body.shear_modulus_mpa, body.bulk_modulus_mpa),
+            infill=(NO_SHEAR * infill.shear_modulus_mpa, infill.bulk_modulus_mpa),
+            infill_share=share,
+        )
+        full, left = (
+            each.stiffness.shear_modulus_mpa + 2 / 5 * each.stiffness.wall_modulus_mpa for each in (whole, flowing)
+        )
+        more = np.sqrt((full - left) / (share * infill.shear_modulus_mpa))
+        return cls(
+            cells=np.flatnonzero(lattice.is_core),
+            modulus_mpa=full - left,
+            shear=float(yield_mpa / infill.shear_modulus_mpa / more),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Yielding:
+    """A lattice whose infill can flow."""
+
+    elasticity: Elasticity
+    """The lattice at rest."""
+    law: FlowLaw
+
+    def rest(self) -> YieldState:
+        """Infill that has never flowed."""
+        return YieldState(tensors=np.tile(np.eye(3), (len(self.law.cells), 8, 1, 1)), dissipated_nmm=0.0)
+
+    def at(self, state: YieldState) -> Elasticity:
+        """The energy of the lattice with its infill as it has flowed; that of rest where it has not."""
+        if state.dissipated_nmm == 0:
+            return self.elasticity
+        elasticity, cells = self.elasticity, self.law.cells
+        network = self.law.modulus_mpa * (state.tensors - np.eye(3))
+        springs = elasticity.springs.copy()
+        springs[cells] += network_matrices(elasticity.inverse[cells], elasticity.weights[cells], network)
+        return replace(elasticity, springs=springs)
+
+    def advanced(self, state: YieldState, positions: Array) -> YieldState:
+        """The infill after a step from a state to node positions, shape (nodes, 3) [mm]."""
+        elasticity, law = self.elasticity, self.law
+        corners = positions.T[:, elasticity.lattice.cells[law.cells]].transpose(1, 0, 2)
+        f = corners[:, None] @ GAUSS_GRADIENTS @ elasticity.inverse[law.cells]
+        values, axes = np.linalg.eigh(f @ state.tensors @ f.swapaxes(-1, -2))
+        strain = np.log(values) / 2
+        mean = strain.mean(-1, keepdims=True)
+        deviator = strain - mean
+        flows = _shear(deviator) > law.shear
+        if not flows.any():
+            return state
+        deviator, mean, axes, f = deviator[flows], mean[flows], axes[flows], f[flows]
+        scale = _scale(deviator, law.shear)[:, None]
+        metric = np.exp(2 * (mean + scale * deviator))
+        inverse = np.linalg.inv(f) @ axes
+        tensors = state.tensors.copy()
+        tensors[flows] = (inverse * metric[:, None]) @ inverse.swapaxes(-1, -2)
+        heat = law.modulus_mpa * ((1 - scale) * deviator * metric).sum(1) * elasticity.weights[law.cells][flows]
+        return YieldState(tensors=tensors, dissipated_nmm=state.dissipated_nmm + float(heat.sum()))
+
+    def stored_nmm(self, state: YieldState, positions: Array) -> float:
+        """Energy that a state keeps at node positions, shape (nodes, 3) [N mm]."""
+        found = self.at(state).evaluate(positions)
+        volume = self.elasticity.lattice.lame_mpa * self.elasticity.volumes * (found.jacobian - 1) ** 2
+        return found.energy_mj + float(volume.sum()) / 2
+
+
+def _shear(deviator: Array) -> Array:
+    """Amount of shear of principal logarithmic strains without their mean, shape (..., 3)."""
+    return np.asarray(np.sqrt(np.maximum(np.exp(2 * deviator).sum(-1) - 3, 0.0)))
+
+
+def _scale(deviator: Array, shear: float) -> Array:
+    """Factors in 0..1 that bring strains of shape (count, 3) to an amount of shear, shape (count,)."""
+    low, high = np.zeros(len(deviator)), np.ones(len(deviator))
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        is_above = _shear(middle[:, None] * deviator) > shear
+        low, high = np.where(is_above, low, middle), np.where(is_above, middle, high)
+    return low
