@@ -31,3 +31,19 @@ def test_orange_that_a_hand_pulls_away_is_seen_to_slip(tmp_path: Path):
     found = run_grasps(GraspConfig(**SHORT, pull_share=1.0), tmp_path / "out", episodes=1)
     assert (found.completed.count, found.slips_missed.count, found.slips_missed.of) == (1, 0, 1)
     assert events(tmp_path / "out") == ["appears", "offered", "let_go", "pulled"]
+
+
+@pytest.mark.slow
+def test_dark_roll_is_seen_and_gripped_where_the_exposure_follows_and_s_stops_just_above_the_threshold(tmp_path: Path):
+    """The anchor of docs/operating-point.md: with a locked exposure E stays below 0.66 and nothing closes."""
+    dark = GraspConfig(**SHORT | {"items": ("biscuit-packet",)}, rig="published-run", detector="facing", pull_share=1.0)
+    found = run_grasps(dark, tmp_path / "out", episodes=1)
+    assert (found.false_closes.count, found.drops.count, found.failed.count) == (0, 0, 0)
+    names = ["stage", "proximity", "entropy", "similarity", "upper_n"]
+    rows = pq.read_table(tmp_path / "out" / "frames.parquet", columns=names).to_pylist()
+    held = [row for row in rows if row["stage"] == "Closing" and row["upper_n"] > 0.99 * GraspConfig().grip_n]
+    assert held
+    assert {row["proximity"] for row in held} == {"Approaching"}
+    assert min(row["entropy"] for row in held) > 2
+    assert {round(row["similarity"], 1) for row in held} == {0.7}
+    assert found.completed.count == 0  # S is 0.72, the published grasping run's threshold 0.7
