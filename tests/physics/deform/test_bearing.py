@@ -173,4 +173,4 @@ def test_stretch_and_stress_below_a_small_dome_converge_with_the_nodes(monkeypat
     for name in ("force_n", "skin_stretch", "skin_stress_mpa", "infill_stress_mpa"):
         coarse, usual, fine = (getattr(each, name) for each in ends)
         assert usual == pytest.approx(fine, rel=0.01), name
-        assert abs(usual - fine) < max(0.5 * abs(coarse - fine), 2e-3 * fine), name
+        assert abs(usual - fine) < max(0.5 * abs(coarse - fine), 5e-3 * fine), (name, coarse, usual, fine)
