@@ -61,7 +61,7 @@ class BearingPlace:
     skin_stress_mpa: float
     """Largest principal nominal stress of the skin, force over area at rest [MPa]."""
     infill_stress_mpa: float | None
-    """Largest mean shear stress of an infill cube [MPa]; None without infill."""
+    """Largest mean shear stress of an infill cube, at most that at which it flows [MPa]; None without infill."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -187,7 +187,7 @@ def press_limits(
                 force_n=float(state.force_n[2]) * (QUARTERS if is_quarter else 1),
                 skin_stretch=stretch,
                 skin_stress_mpa=stress,
-                infill_stress_mpa=modulus * shear if infill is not None else None,
+                infill_stress_mpa=min(modulus * shear, infill_yield_mpa or math.inf) if infill is not None else None,
             )
             places.append(place)
             if all(onset(places, *each).depth_mm is not None for each in strengths):
