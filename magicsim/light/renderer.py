@@ -14,12 +14,14 @@ from magicsim.camera.camera import Window
 from magicsim.camera.film import film
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.backend import dr, plain_errors
+from magicsim.light.backend import VARIANT, dr, plain_errors
 from magicsim.light.facing.finger import FacingFinger, FingerBody
 from magicsim.light.facing.glow import Glow, facing_light
 from magicsim.light.frame.anchored_image import REACH_PX, anchored_change, anchored_image
 from magicsim.light.frame.frame_image import Look, own_field, passing_light_change
 from magicsim.light.frame.frame_light import Before, free_light, lifted, touched_light
+from magicsim.light.near.near_object import NearObject
+from magicsim.light.near.near_transport import NearTransport
 from magicsim.light.plain_renderer import PlainRenderer, checked
 from magicsim.light.reach import is_out_of_reach
 from magicsim.light.records.untouched import RECORDED_PARTS, Untouched, untouched_key
@@ -28,6 +30,7 @@ from magicsim.light.transport.light_field import LightField
 from magicsim.light.transport.light_starts import ROOM_PART
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.path_record import Regions
+from magicsim.light.variant import CUDA_VARIANT
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.outside import Outside, Outsides
@@ -92,6 +95,7 @@ class Renderer(PlainRenderer):
         self._reaches: list[sp.csr_matrix] | None = None
         self._before: tuple[Array | None, float | None, Before] | None = None
         self._passing: PassingLight | None = None
+        self._near: tuple[NearTransport, NearObject] | None = None
 
     def reseeded(self, *, seed: int, anchor_seed: int) -> Self:
         """This renderer with other random numbers; both bring their views into the same Mitsuba scenes."""
@@ -99,7 +103,7 @@ class Renderer(PlainRenderer):
         other.seed = seed
         other.settings = self.settings.model_copy(update={"anchor_seed": anchor_seed})
         other._untouched = UntouchedStates(default_store())
-        other._before = None
+        other._before, other._near = None, None
         return other
 
     def facing_another(self, other: Self, companion: SurfaceMesh | None = None) -> Self:
@@ -146,6 +150,34 @@ class Renderer(PlainRenderer):
         change = self._film.seen(self._passing_change(shown, self._passing_light(view.passing_mm)))
         changed = np.asarray(np.maximum(image + change, 0), np.float32)
         return changed, Origin(light="outside", image="recorded") if origin == AT_REST else origin
+
+    @plain_errors()
+    def compressed(self, view: View) -> FloatImage | None:
+        """Radiance of a view in which an object is near and nothing else changes, by compressed transport.
+
+        Many times faster than `radiance` and a few tenths of a grey level off it; None for all other views.
+
+        Raises:
+            RenderError: The image holds values that are not finite.
+        """
+        shown = self._within_reach(view)
+        placed, indenter, window = self._placed(shown), shown.indenter, self._film.window
+        others = (shown.flashlight_x_mm, shown.facing_mm, shown.passing_mm, shown.companion)
+        if placed is None or indenter is None or self.object_mesh is None or any(each is not None for each in others):
+            return None
+        if self._is_moved(shown, placed) or not self._is_anchored or self.object_finish.is_ghost:
+            return None
+        if VARIANT == CUDA_VARIANT and self.object_finish.specular > 0:  # what it mirrors needs two scenes at once
+            return None
+        self._check_room(shown, placed)
+        if self._near is None:
+            transport = NearTransport.of(self.light(View()), self.anchor())
+            self._near = transport, NearObject.of(self.object_mesh, self.object_finish)
+        transport, target = self._near
+        target.place(indenter.pose)
+        pixels = window.numbers(self._film.columns, self._film.rows)
+        image = transport.image(target, pixels, samples=self.settings.samples, seed=self.seed)
+        return self._film.seen(checked(image.reshape(window.rows, window.columns, 3).astype(np.float32)))
 
     @plain_errors()
     def metered(self) -> FloatImage:

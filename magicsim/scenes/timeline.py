@@ -13,10 +13,10 @@ LightOrigin = Literal["", "untouched", "outside", "before contact", "traced", "a
 """`untouched`: that of the untouched sensor. `outside`: that, and what object and lamps outside change of it.
 `before contact`: kept of the last state before contact (`render.light_change`). `traced`: particles of the frame in the
 deformed block, anchored. `alone`: without the untouched sensor (`render.anchor_samples = 0`, or `volpath`)."""
-ImageOrigin = Literal["", "untouched", "recorded", "traced", "alone", "emulated"]
+ImageOrigin = Literal["", "untouched", "recorded", "traced", "alone", "compressed", "emulated"]
 """`untouched`: the image of the anchor, the untouched sensor. `recorded`: all of its camera paths, in other light.
-`traced`: paths of some pixels traced anew, where something moved. `alone`: as for light. `emulated`: of the fast tier
-(`render.tier`)."""
+`traced`: paths of some pixels traced anew, where something moved. `alone`: as for light. Of the fast tier
+(`render.tier`) are `compressed`, before contact, and `emulated`, in it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

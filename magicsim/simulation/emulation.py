@@ -20,6 +20,7 @@ from magicsim.simulation.truth import contact_mask
 if TYPE_CHECKING:
     from magicsim.simulation.sensor import Sensor
 
+COMPRESSED = Origin(light="outside", image="compressed")
 LOGGER = logging.getLogger(__name__)
 CHECKED_SHARE = 0.015
 """Share of a dataset's emulated frames that are rendered truly as well."""
@@ -45,18 +46,23 @@ class Emulation:
     def frame(
         self, sensor: "Sensor", state: FrameState, deformation: Deformation | Displacement
     ) -> tuple[FloatImage, Origin] | None:
-        """Radiance of a touch and its origin; None for states that are rendered.
+        """Radiance of what is near or touches, and its origin; None for states that are rendered.
 
         Raises:
             ConfigError: The model does not know the touch, and the scene wants no true frame then.
             RenderError: A frame that was checked is farther off than the model says that its frames are.
         """
-        if not state.can_touch or deformation.is_rest or not isinstance(deformation, Deformation):
+        if state.gap_mm is None or not isinstance(deformation, Deformation):
             return None
         if self.emulator is None:
             self.emulator = self._emulator(sensor)
             self.landing_mm = pixel_landing_mm(sensor.design, sensor.rig.lens, sensor.rig.camera)
         emulator = self.emulator
+        if not state.can_touch or deformation.is_rest:
+            near = (
+                sensor.renderer.compressed(sensor.view(state, deformation)) if isinstance(emulator, Emulator) else None
+            )
+            return (near, COMPRESSED) if near is not None else None
         problem = emulator if isinstance(emulator, str) else emulator.refusal(state)
         if problem is not None or isinstance(emulator, str):
             self._refuse(sensor, str(problem))

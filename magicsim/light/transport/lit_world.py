@@ -38,7 +38,7 @@ from magicsim.light.world.medium import Constants, Media
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
 from magicsim.light.world.outside import Outside
 from magicsim.light.world.scene_dict import WorldContent, lights_inside, lights_off
-from magicsim.light.world.shapes import Shapes
+from magicsim.light.world.shapes import Shapes, in_body, mesh_of
 from magicsim.scenes.rig import INSET_MM, Rig
 
 LIGHT_DEPTH = 2000
@@ -186,8 +186,11 @@ class LitWorld(World):
             return field
         stream = SEEDS_PER_RENDER * seed + ON_OBJECT
         count = max(1, round(RAYS_PER_PARTICLE * particles))
-        sent = object_rays(self.scene, shapes, count, seed=stream, beside=self._beside)
-        met = np.array(self.camera_pass(field, sent.starts, stream=stream, outside=outside, room=room), np.float64)
+        sent = object_rays(mesh_of(shapes.object), count, seed=stream, beside=self._beside)
+        inside = mi.Bool(False) if shapes.outside is not None else in_body(self.scene, shapes, sent.rays.o)
+        starts = ObjectStarts.of(dr.arange(mi.UInt32, len(sent.triangle)), sent.rays, mi.Float(1), inside)
+        dr.eval(starts)
+        met = np.array(self.camera_pass(field, starts, stream=stream, outside=outside, room=room), np.float64)
         count = shapes.object_triangles
         weights = [np.pi * sent.area_mm2 * channel for channel in met]
         flux = np.stack([np.bincount(sent.triangle, weight, count) for weight in weights], 1).astype(np.float64)

@@ -12,10 +12,10 @@ from typing import Any, Self
 import numpy as np
 
 from magicsim.arrays import Array, Index, Numbers
+from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import aligned, columns, dr, mi
 from magicsim.light.transport.streams import sequence
 from magicsim.light.world.medium import CLEARANCE
-from magicsim.light.world.shapes import Shapes, in_body, mesh_of
 
 NEAR_MM = 2.0
 """Distance from the block over which an object's surface gets half as many rays: light there varies less and less."""
@@ -146,26 +146,22 @@ PathStarts = CameraStarts | ObjectStarts
 class ObjectRays:
     """Rays from the object's surface, their directions with the cosine's density."""
 
-    starts: ObjectStarts
+    rays: Any
     triangle: Index
     """The triangle of each."""
     area_mm2: Array
     """Area that each stands for [mm2]."""
 
 
-def object_rays(
-    scene: Any, shapes: Shapes, count: int, *, seed: int, beside: tuple[int, int] = (0, 0)
-) -> ObjectRays:  # fmt: skip
-    """Spreads rays over the object, most of them where it is close to the block and faces it.
+def object_rays(mesh: SurfaceMesh, count: int, *, seed: int, beside: tuple[int, int] = (0, 0)) -> ObjectRays:
+    """Spreads rays over an object, most of them where it is close to the block and faces it.
 
     Args:
-        scene: The loaded scene.
-        shapes: Its shapes by their role, an object among them.
+        mesh: Its surface in the sensor's frame.
         count: Number of rays; a large object gets twice or four times as many.
         seed: Random stream.
         beside: First triangle that is at the edge of the picture at most, and the first one after these.
     """
-    mesh = mesh_of(shapes.object)
     corners = mesh.vertices[mesh.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(cross, axis=1) / 2
@@ -189,9 +185,5 @@ def object_rays(
     point = a + right * (b - a) + up * (c - a)
     point = dr.fma(CLEARANCE * (1 + dr.max(dr.abs(point))), frame.n, point)
     rays = mi.Ray3f(point, frame.to_world(mi.warp.square_to_cosine_hemisphere(mi.Point2f(*turns))))
-    inside = mi.Bool(False) if shapes.outside is not None else in_body(scene, shapes, point)
-    numbers = dr.arange(mi.UInt32, count)
-    dr.eval(numbers, rays, inside)
-    return ObjectRays(
-        starts=ObjectStarts.of(numbers, rays, mi.Float(1), inside), triangle=triangle, area_mm2=represented[triangle]
-    )
+    dr.eval(rays)
+    return ObjectRays(rays=rays, triangle=triangle, area_mm2=represented[triangle])

@@ -4,7 +4,7 @@ A diffuse surface sends out reflectance * irradiance / pi in every direction. Tr
 finds the LEDs only by rare chance, which shows as single glaring pixels.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,15 +78,36 @@ def widened(gathered: Callable[[int], Array], away_mm: Array) -> Array:
         gathered: Irradiance by the kernel that is doubled in width so often, shape (triangles, channels).
         away_mm: Distance of each triangle from the block, shape (triangles,) [mm].
     """
+    result = np.zeros_like(gathered(0))
+    for level, share in _levels(away_mm):
+        result += share[:, None] * gathered(level)
+    return result
+
+
+def blended(kernel: Callable[[int], IrradianceKernel], away_mm: Array) -> IrradianceKernel:
+    """One kernel that widens in this way, for many samples of surfaces that stay as far apart.
+
+    Args:
+        kernel: The one that is doubled in width so often.
+        away_mm: Distance of each triangle, shape (triangles,) [mm].
+    """
+    found = [(kernel(level), share / 4.0**level) for level, share in _levels(away_mm)]
+    return IrradianceKernel(
+        patches=sp.csr_matrix(sp.vstack([each.patches for each, _ in found])),
+        weights=sp.csr_matrix(sp.hstack([sp.diags(share) @ each.weights for each, share in found])),
+        areas_mm2=found[0][0].areas_mm2,
+    )  # fmt: skip
+
+
+def _levels(away_mm: Array) -> Iterator[tuple[int, Array]]:
+    """How often kernels are doubled in width, and the share of each of these at every triangle, shape (triangles,)."""
     doublings = np.log2(1 + np.maximum(away_mm - WIDE_FROM_MM, 0) / WIDENING_MM).clip(max=DOUBLINGS)
     lower = np.minimum(doublings.astype(int), DOUBLINGS - 1)
-    part = (doublings - lower)[:, None]
-    result = np.zeros_like(gathered(0))
+    part = doublings - lower
     for level in range(DOUBLINGS + 1):
-        share = np.where(lower[:, None] == level, 1 - part, np.where(lower[:, None] == level - 1, part, 0))
+        share = np.where(lower == level, 1 - part, np.where(lower == level - 1, part, 0))
         if share.any():
-            result += share * gathered(level)
-    return result
+            yield level, share
 
 
 def irradiance_kernel(mesh: SurfaceMesh, width_mm: float = SMOOTHING_MM) -> IrradianceKernel:

@@ -20,7 +20,7 @@ from magicsim.emulator.model import ErrorRow, TouchModel, find_model
 from magicsim.errors import ConfigError, RenderError
 from magicsim.robot import LiveSensor
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, TierError
-from magicsim.simulation.emulation import before_contact
+from magicsim.simulation.emulation import COMPRESSED, before_contact
 from magicsim.simulation.sensor import Sensor
 from magicsim.workers.attempt import Failure, FailureKind, Outcome
 
@@ -59,22 +59,32 @@ def pressed(true):
     return true.deform(at(-1.0), true.rest)
 
 
-def test_a_touch_is_the_frame_before_contact_and_what_the_network_says(fast, true, rest, pressed):
-    image, origin = fast().render(at(-1.0), pressed)
+def test_a_touch_is_the_frame_before_contact_and_what_the_network_says(fast, rest, pressed):
+    sensor = fast()
+    image, origin = sensor.render(at(-1.0), pressed)
     assert origin == EMULATED
-    before = true.radiance(before_contact(at(-1.0)), true.rest)
+    before = sensor.radiance(before_contact(at(-1.0)), sensor.rest)
     change = (image - before) / rest.mean()
     middle, corner = change[28:36, 20:28].mean((0, 1)), change[:6, :6].mean((0, 1))
     np.testing.assert_allclose(middle, COLOUR, rtol=0.1)  # the gate is nearly open there
     np.testing.assert_allclose(corner, 0, atol=1e-6)
 
 
-def test_what_does_not_touch_is_rendered_with_the_same_bytes(fast, true):
+def test_an_object_that_is_near_comes_by_compressed_transport_and_nothing_else_does(fast, true, rest):
     sensor = fast()
-    for state in (UNTOUCHED, at(0.5)):
+    image, origin = sensor.render(at(0.5), sensor.rest)
+    assert origin == COMPRESSED
+    change = true.radiance(at(0.5), true.rest) - rest
+    assert np.abs((image - rest - change).mean((0, 1))).max() < 0.1 * np.abs(change.mean((0, 1))).max()
+    for state in (UNTOUCHED, at(0.5, flashlight=True)):
         image, origin = sensor.render(state, sensor.rest)
-        assert origin != EMULATED
+        assert origin not in (EMULATED, COMPRESSED)
         np.testing.assert_array_equal(image, true.radiance(state, true.rest))
+
+
+def test_without_a_model_what_is_near_is_rendered_as_its_touches_are(fast, true):
+    sensor = fast("object.specular=0.5")
+    assert sensor.render(at(0.5), sensor.rest)[1] != COMPRESSED
 
 
 def test_the_word_true_needs_no_quotes():

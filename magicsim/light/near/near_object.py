@@ -1,0 +1,164 @@
+"""An object before the untouched block in a scene of its own, moved as a whole: no search tree is built anew."""
+
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
+
+import numpy as np
+
+from magicsim.arrays import Array, Index, Mask
+from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.geometry.pose import Pose
+from magicsim.light.backend import dr, mi
+from magicsim.light.near.ports import Ports
+from magicsim.light.transport.path_starts import ObjectRays, object_rays
+from magicsim.light.world.finish import Finish
+from magicsim.light.world.irradiance import SMOOTHING_MM, IrradianceKernel, blended, irradiance_kernel
+from magicsim.light.world.names import OBJECT, PLACE
+from magicsim.light.world.room_light import missed
+from magicsim.light.world.scene_dict import in_group, mesh_shape
+
+DIGITS = 6
+"""Decimals of heights on the object [mm], so that all its places along z share a kernel."""
+
+
+@dataclass(slots=True, kw_only=True)
+class NearObject:
+    """One object; what it is asked for holds where it was last put. Takes the place of `Outside` for recorded rays."""
+
+    mesh: SurfaceMesh
+    finish: Finish
+    scene: Any
+    parameters: Any
+    object: Any
+    """Shape of the object."""
+    joined: Any = None
+    """A scene that holds the block as well: none, see `Outside`."""
+    kernels: dict[int, IrradianceKernel] = field(default_factory=dict)
+    kept: tuple[Array, IrradianceKernel] | None = None
+    """The last blend of these, and what it was made for."""
+    placed: SurfaceMesh | None = None
+    """Surface of the object in the sensor's frame."""
+
+    @classmethod
+    def of(cls, mesh: SurfaceMesh, finish: Finish) -> Self:
+        """Loads it where its own frame puts it."""
+        shape = mesh_shape(mesh, OBJECT, finish.bsdf())
+        scene = mi.load_dict({"type": "scene", **in_group({OBJECT: shape})}, optimize=False)
+        return cls(mesh=mesh, finish=finish, scene=scene, parameters=mi.traverse(scene), object=shape)
+
+    @property
+    def matt(self) -> Finish:
+        """Surface of the object as if it sent out all that it mirrors alike in all directions."""
+        own, mirrored = self.finish, self.finish.specular
+        red, green, blue = (mirrored + (1 - mirrored) * each for each in own.color)
+        return replace(own, specular=0.0, color=(red, green, blue))
+
+    def place(self, pose: Pose) -> None:
+        """Puts the object there."""
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = pose.rotation, pose.position_mm
+        self.parameters[f"{PLACE}.to_world"] = mi.Transform4f(matrix)
+        self.parameters.update()
+        self.placed = SurfaceMesh(vertices=pose.to_sensor(self.mesh.vertices), faces=self.mesh.faces)
+
+    def look(self, block: Any, room: Any, ports: Ports, lines: Any, *, rays: int, seed: int) -> "Seen":
+        """What the object's own rays and lines from the face meet.
+
+        Args:
+            block: The sensor's scene, with nothing before it.
+            room: What shines from all around, or None.
+            ports: Of the light that leaves the face.
+            lines: Lines from the face, mi.Ray3f.
+            rays: Rays from the object's surface.
+            seed: Of their pattern.
+        """
+        assert self.placed is not None
+        sent = object_rays(self.placed, rays, seed=seed)
+        count = len(sent.triangle)
+        origins, ways = (
+            [dr.concat([one, two]) for one, two in zip(first, second, strict=True)]
+            for first, second in ((sent.rays.o, lines.o), (sent.rays.d, lines.d))
+        )
+        both = mi.Ray3f(mi.Point3f(*origins), mi.Vector3f(*ways))
+        number, triangle, share, behind, free = _met(
+            self.scene, mi.ShapePtr(self.object), block, room, self.matt, ports, both
+        )
+        areas = np.bincount(sent.triangle, sent.area_mm2, len(self.mesh.faces)).astype(np.float64)
+        return Seen(
+            number=number[:count], triangle=triangle, share=share, behind=behind, free=free, sent=sent,
+            areas_mm2=areas, kernel=self._blended(self.placed),
+        )  # fmt: skip
+
+    def _blended(self, placed: SurfaceMesh) -> IrradianceKernel:
+        """Kernel that is the wider the further a triangle is below the object's top."""
+        heights = placed.vertices[:, 2]
+        below_mm = np.round(heights.max() - heights[placed.faces].mean(1), DIGITS)
+        if self.kept is None or not np.array_equal(self.kept[0], below_mm):
+            self.kept = below_mm, blended(self._kernel, below_mm)
+        return self.kept[1]
+
+    def _kernel(self, doublings: int) -> IrradianceKernel:
+        if doublings not in self.kernels:
+            self.kernels[doublings] = irradiance_kernel(self.mesh, SMOOTHING_MM * 2**doublings)
+        return self.kernels[doublings]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Seen:
+    """What rays from an object, and then lines from the face, meet."""
+
+    number: Index
+    """The port that each of the object's rays runs into, the number of all where none is there."""
+    triangle: Index
+    """The object's triangle that each ray meets; -1 where it meets none."""
+    share: Array
+    """What that sends out for each unit of irradiance, shape (rays, 3)."""
+    behind: Array
+    """Radiance of the room behind everything, shape (rays, 3)."""
+    free: Mask
+    """Which rays meet nothing."""
+    sent: ObjectRays
+    areas_mm2: Array
+    """Area that the object's rays stand for on each triangle, shape (triangles,) [mm2]."""
+    kernel: IrradianceKernel
+
+    def irradiance(self, shining: Array, own: Array) -> Array:
+        """Irradiance of the object, shape (triangles, 3).
+
+        Args:
+            shining: Radiance of the ports, shape (ports, 3).
+            own: The object's irradiance before, of the same shape as the result.
+        """
+        count, triangles = len(self.number), len(self.areas_mm2)
+        met = self.behind[:count] * self.free[:count, None]
+        met += np.concatenate([shining, np.zeros((1, 3))])[self.number] + self._sent_out(own)[:count]
+        met *= np.pi * self.sent.area_mm2[:, None]
+        flux = np.zeros((triangles, 3))
+        for channel in range(3):
+            flux[:, channel] = np.bincount(self.sent.triangle, met[:, channel], triangles)
+        return self.kernel.gathered(flux, self.areas_mm2, np.zeros(triangles, bool), np.zeros_like(flux))
+
+    def changes(self, own: Array) -> Array:
+        """What the object changes of the radiance that comes along the face's lines, shape (lines, 3)."""
+        count = len(self.number)
+        return (self._sent_out(own) - self.behind * (self.triangle >= 0)[:, None])[count:]
+
+    def _sent_out(self, own: Array) -> Array:
+        return self.share * own[self.triangle]
+
+
+def _met(scene: Any, shape: Any, block: Any, room: Any, finish: Finish, ports: Ports, rays: Any) -> tuple[Any, ...]:
+    """What rays meet, as the first fields of `Seen`."""
+    si = scene.ray_intersect(rays)
+    own = si.is_valid() & (si.shape == shape)
+    number, found = ports.met(rays)
+    number = dr.select(found & ~own, number, ports.count)
+    triangle = dr.select(own, mi.Int32(si.prim_index), -1)
+    share = dr.select(own, finish.diffuse(si, own), 0)
+    behind = room.eval(missed(rays)) if room is not None else dr.zeros(mi.Color3f, dr.width(number))
+    dr.eval(own, number, triangle, share, behind)
+    free = ~own & (number == ports.count) & ~block.ray_intersect_preliminary(rays).is_valid()
+    return (
+        np.array(number), np.array(triangle), np.array(share, np.float64).T, np.array(behind, np.float64).T,
+        np.array(free),
+    )  # fmt: skip

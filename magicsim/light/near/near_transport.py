@@ -1,0 +1,204 @@
+"""Pictures of what is near the untouched sensor by compressed transport: no particle and no path through the grid.
+
+Rendering is linear in light. What an object changes of the light that comes in through the face (its own in place of
+the room's) is summed up over ports; a matrix says what that makes of the light in each cell, and a row for each pixel
+what the pixel sees of it. A few of each pixel's recorded rays look at the object itself. Light that leaves the block
+reaches the object out of ports as well, and what the object sends back changes those in turn.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+import scipy.sparse as sp
+
+from magicsim.arrays import Array, Index, Numbers
+from magicsim.light.backend import aligned, columns, dr, mi
+from magicsim.light.frame.frame_image import MIRRORED_PER_SAMPLE, own_field
+from magicsim.light.near.near_object import NearObject
+from magicsim.light.near.ports import Ports
+from magicsim.light.records.recorded_paths import MOMENTS, WEIGHT, RecordedPaths, record_paths
+from magicsim.light.records.untouched import Untouched
+from magicsim.light.records.untouched_passes import follow_camera
+from magicsim.light.transport.light_field import LightField, total
+from magicsim.light.transport.light_pass import FIXED_POINT
+from magicsim.light.transport.light_starts import LightStarts
+from magicsim.light.transport.lit_world import LitWorld
+from magicsim.light.transport.path_record import PathRecord
+from magicsim.light.transport.path_starts import ObjectStarts
+from magicsim.light.transport.streams import ON_OBJECT, SEEDS_PER_RENDER
+
+OUT = (1.0, 3, 8)
+"""Ports of light that leaves: edge of a patch [mm], about the grid's pitch, rings and sectors of directions."""
+INTO = (2.0, 2, 6)
+"""Ports of light that comes in, which scatters over millimetres."""
+OUT_PATHS, INTO_LINES, PARTICLES = 8, 4, 160
+"""Paths of a port that leaves, lines and particles of one that comes in."""
+SEEN_RAYS, BACK_RAYS = 4, 1
+"""Rays of a pixel and of a port that look at the object, of all that were recorded."""
+OBJECT_RAYS = 12_000
+"""Rays from an object that look at the ports."""
+TURNS = 2
+"""How often light goes from the object into the block and back."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NearTransport:
+    """Compressed transport of one sensor."""
+
+    world: LitWorld
+    rest: Untouched
+    light: npt.NDArray[np.float32]
+    """What each port that comes in brings to cells and voxels, by unit radiance, shape (cells + voxels, ports)."""
+    ports: Ports
+    """Ports of light that leaves."""
+    shining: Array
+    """Radiance of each of these when nothing is near, shape (ports, 3)."""
+    lines: Any
+    """Lines of the ports that come in, and rays that left the block again of those that leave, mi.Ray3f."""
+    sums: sp.csr_matrix
+    """Weights of these in each port, shape (ports that come in, then ports that leave, lines)."""
+    leaving: sp.csr_matrix
+    """Radiance of each port for the light in cells and voxels, shape (ports, cells + voxels)."""
+    seen: RecordedPaths
+    """Paths of the pixels."""
+
+    @classmethod
+    def of(cls, world: LitWorld, rest: Untouched) -> Self:
+        """Compresses what is known of an untouched sensor, and follows light through its face."""
+        footprint = world.elastomer.design.footprint_mm
+        ports, into = (Ports.of(footprint, *each) for each in (OUT, INTO))
+        leaving = _leaving(world, ports)
+        shining = leaving.direct + leaving.response @ _values(world, own_field(world, rest))
+        coming, back = _coming(world, into), _thinned(leaving, BACK_RAYS)
+        table = np.concatenate([coming[0], np.array(back.rays).reshape(-1, 8)])
+        owner = np.concatenate([coming[1], into.count + back.owner.astype(np.int64)])
+        lines = mi.Ray3f(mi.Point3f(*columns(table[:, :3])), mi.Vector3f(*columns(table[:, 3:WEIGHT])))
+        weights = (table[:, WEIGHT].astype(np.float64), (owner, np.arange(len(owner))))
+        return cls(
+            world=world, rest=rest, light=_brought(world, into), ports=ports, shining=shining, lines=lines,
+            sums=sp.csr_matrix(weights, (into.count + ports.count, len(owner))), leaving=leaving.response,
+            seen=_thinned(_means(rest.paths), SEEN_RAYS),
+        )  # fmt: skip
+
+    def image(self, target: NearObject, pixels: Numbers, *, samples: int, seed: int) -> Array:
+        """Radiance of some pixels with an object before the block, shape (pixels, 3).
+
+        Args:
+            target: The object, in its place.
+            pixels: Numbers of the pixels, row by row of the film.
+            samples: Camera samples of each pixel that are traced on where the object mirrors.
+            seed: Of the frame.
+        """
+        world, rest, room = self.world, self.rest, self.world.inventory.environment
+        stream = SEEDS_PER_RENDER * seed + ON_OBJECT
+        met = target.look(world.scene, room, self.ports, self.lines, rays=OBJECT_RAYS, seed=stream)
+        lit = met.irradiance(self.shining, np.zeros((len(target.mesh.faces), 3)))
+        for _ in range(TURNS):
+            changed = self.sums @ met.changes(lit)
+            coming, back = np.split(changed, [self.light.shape[1]])
+            change = self._field(self.light @ coming.astype(np.float32))
+            values = _values(world, change)
+            lit = met.irradiance(self.shining + self.leaving @ values + back, lit)
+        outside: Any = target
+        found = (self.seen.response @ values)[pixels] + self.seen.seen_outside(
+            room, outside, lit, target.finish, pixels
+        )
+        if target.finish.specular > 0:
+            field = replace(total([own_field(world, rest), change]), irradiance=lit)
+            found += rest.paths.mirrored(
+                outside, target.finish, pixels, lambda starts: follow_camera(world, outside, starts, field, seed=seed),
+                samples=MIRRORED_PER_SAMPLE * samples, seed=seed,
+            )  # fmt: skip
+        return np.asarray(np.maximum(rest.image.reshape(-1, 3)[pixels] + found, 0))
+
+    def _field(self, light: npt.NDArray[np.float32]) -> LightField:
+        dark = self.world.darkness()
+        cells = len(dark.fluence)
+        return replace(dark, fluence=light[:cells].astype(np.float64), body=light[cells:].astype(np.float64))
+
+
+def _values(world: LitWorld, field: LightField) -> npt.NDArray[np.float32]:
+    """Means of the light in cells and voxels, as records count them, shape (elements, 3)."""
+    known = field.fluence if world.voxels is None else world.elements(field).values
+    return np.asarray(known, np.float32)
+
+
+def _coming(world: LitWorld, ports: Ports) -> tuple[npt.NDArray[np.float32], Index]:
+    """Lines of ports outwards, along which light comes in, with the port of each; what meets the housing has no weight.
+
+    Their columns are those of recorded rays.
+    """
+    places, ways = ports.lines(INTO_LINES, seed=0)
+    rays = mi.Ray3f(mi.Point3f(*columns(places)), mi.Vector3f(*columns(-ways)))
+    free = ~np.array(world.scene.ray_intersect_preliminary(rays).is_valid())
+    table = np.zeros((len(places), 8), np.float32)
+    table[:, :3], table[:, 3:WEIGHT], table[:, WEIGHT] = places, -ways, free / INTO_LINES
+    return table, ports.owners(INTO_LINES)
+
+
+def _leaving(world: LitWorld, ports: Ports) -> RecordedPaths:
+    """Paths of ports into the block, along which light comes out."""
+    places, ways = ports.lines(OUT_PATHS, seed=1)
+    lanes, dark = len(places), world.darkness()
+    rays = mi.Ray3f(mi.Point3f(*columns(places)), mi.Vector3f(*columns(ways)))
+    starts = ObjectStarts.of(dr.arange(mi.UInt32, lanes), rays, mi.Float(1), mi.Bool(False))
+
+    def trace(_part: range, room: int) -> tuple[PathRecord, Array]:
+        record = PathRecord.empty(room, 1, lanes=lanes)
+        seen = world.camera_pass(dark, starts, stream=0, record=record)
+        dr.eval(seen, record)
+        return record, np.array(seen, np.float64).T
+
+    centres = world.elements(dark).centres_mm
+    found = _means(record_paths(trace, pixels=lanes, centres_mm=centres, samples=1, regions=None))
+    owners = ports.owners(OUT_PATHS)
+    mean = sp.csr_matrix((np.full(lanes, 1 / OUT_PATHS), (owners, np.arange(lanes))), (ports.count, lanes), np.float32)
+    table = np.array(found.rays).reshape(-1, 8)
+    table[:, WEIGHT] /= OUT_PATHS
+    return _paths(mean @ found.direct, sp.csr_matrix(mean @ found.response), table, owners[found.owner], OUT_PATHS)
+
+
+def _brought(world: LitWorld, ports: Ports) -> npt.NDArray[np.float32]:
+    """Light that unit radiance in each port brings to cells and voxels, shape (cells + voxels, ports)."""
+    places, ways = (each.reshape(-1, ports.bins, PARTICLES, 3) for each in ports.lines(PARTICLES, seed=2))
+    patches, size, found = len(places), len(places) * PARTICLES, []
+    volumes, scale = world.inventory.volumes_mm3()[:, 0], ports.flux_mm2 / (FIXED_POINT * PARTICLES)
+    for bin_ in range(ports.bins):
+        origins, directions = (columns(each[:, bin_].reshape(-1, 3)) for each in (places, ways))
+        one = dr.full(mi.Float, 1, size)
+        starts = LightStarts.escaped(
+            dr.arange(mi.UInt32, size), mi.Ray3f(mi.Point3f(*origins), mi.Vector3f(*directions)), mi.Color3f(one), one,
+            seed=bin_,
+        )  # fmt: skip
+        starts.places = dr.arange(mi.UInt32, size) // PARTICLES
+        tracks = world.light_pass(starts, lights=patches)
+        cells, body = tracks.cells.mean(2) * (scale / volumes), tracks.body.mean(2) * scale
+        found.append(np.concatenate([cells, body], 1).astype(np.float32))
+    return np.ascontiguousarray(np.stack(found, 1).reshape(ports.count, -1).T)
+
+
+def _means(paths: RecordedPaths) -> RecordedPaths:
+    """Paths as they are, which know the means of elements alone."""
+    return replace(paths, response=sp.csr_matrix(paths.response[:, : paths.response.shape[1] // MOMENTS]))
+
+
+def _thinned(paths: RecordedPaths, most: int) -> RecordedPaths:
+    """Paths with few of their rays, chosen by their weights so that sums are right in the mean."""
+    table, first = np.array(paths.rays).reshape(-1, 8), np.array(paths.first).astype(np.int64)
+    sums = np.concatenate([[0.0], np.cumsum(table[:, WEIGHT], dtype=np.float64)])
+    whole = sums[first[1:]] - sums[first[:-1]]
+    owner = np.repeat(np.flatnonzero(whole > 0), most)
+    marks = sums[first[owner]] + whole[owner] * np.tile((np.arange(most) + 0.5) / most, len(owner) // most)
+    rays = table[np.searchsorted(sums, marks, side="right") - 1]
+    rays[:, WEIGHT] = whole[owner] / most
+    return _paths(paths.direct, paths.response, rays, owner, most)
+
+
+def _paths(direct: Array, response: sp.csr_matrix, rays: Any, owner: Any, samples: int) -> RecordedPaths:
+    return RecordedPaths(
+        direct=direct, response=response, rays=mi.Float(aligned(np.asarray(rays).ravel(), np.float32)),
+        first=mi.UInt32(aligned(np.searchsorted(owner, np.arange(len(direct) + 1)), np.uint32)),
+        owner=np.asarray(owner, np.uint32), samples=samples, regions=None, met=np.zeros((0, len(direct)), np.uint32),
+    )  # fmt: skip

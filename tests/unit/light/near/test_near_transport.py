@@ -1,0 +1,139 @@
+"""Compressed transport gives what recorded paths and traced particles give, and what closed forms say."""
+
+import numpy as np
+import pytest
+
+from magicsim.light.backend import VARIANT, dr
+from magicsim.light.near.near_object import NearObject
+from magicsim.light.near.near_transport import NearTransport
+from magicsim.light.transport.light_pass import FIXED_POINT
+from magicsim.light.transport.light_starts import LightStarts
+from magicsim.light.world.finish import Finish
+from magicsim.light.world.names import ENVIRONMENT
+from magicsim.scenes.scene import load_scene
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, View
+from magicsim.simulation.sensor import Sensor
+
+pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
+SMALL = (
+    "rig=digit-rgb", "design.footprint_mm=[10,12]",
+    "rig.camera.field_mm=9", "rig.camera.columns=36", "rig.camera.rows=44",
+    "render.anchor_samples=32", "render.anchor_particles=50000", "render.particles=10000",
+)  # fmt: skip
+BALL = ("object.radius_mm=3", "object.color=[0.8,0.5,0.3]")
+BRIGHT = 0.05
+"""Radiance of an even room."""
+
+
+def at(gap_mm, **changed):
+    state = {"gap_mm": gap_mm, "x_mm": 0.0, "y_mm": 0.0, "twist_deg": 0.0, "flashlight": False, "light_x_mm": 0.0}
+    return FrameState(**(state | changed))
+
+
+def sensor_of(*settings):
+    return Sensor.for_scene(load_scene("pressed", [*SMALL, *settings], seed=1))
+
+
+@pytest.fixture(scope="module")
+def sensor():
+    return sensor_of(f"rig.ambient=[{BRIGHT},{BRIGHT},{BRIGHT}]", *BALL)
+
+
+@pytest.fixture(scope="module")
+def transport(sensor):
+    return NearTransport.of(sensor.renderer.light(View()), sensor.renderer.anchor())
+
+
+def changes(sensor, state):
+    """What an object changes of the image, truly and by compressed transport, in units of the mean image."""
+    renderer, rest = sensor.renderer, sensor.radiance(UNTOUCHED, sensor.rest)
+    found = renderer.compressed(sensor.view(state, sensor.rest))
+    return ((each - rest) / rest.mean() for each in (sensor.radiance(state, sensor.rest), found))
+
+
+def test_light_of_an_even_room_through_the_ports_is_that_of_its_particles_through_the_face(sensor, transport):
+    world, count = transport.world, 100_000
+    beam = world.sent(ENVIRONMENT, count, seed=1)[0]
+    starts = LightStarts.emitted([beam])
+    place = starts.rays(-starts.rays.o.z / starts.rays.d.z)
+    width, height = transport.ports.footprint_mm
+    kept = dr.compress((dr.abs(place.x) < width / 2) & (dr.abs(place.y) < height / 2))
+    tracks = world.light_pass(starts.some(kept))
+    traced = tracks.cells[0].mean(1) / (FIXED_POINT * count) / world.inventory.volumes_mm3()[:, 0]
+    brought = transport.light[: len(traced)].sum(1) * BRIGHT
+    assert brought.sum() / traced.sum() == pytest.approx(1, abs=0.02)
+    assert np.corrcoef(brought, traced)[0, 1] > 0.95
+
+
+def test_light_of_the_rest_that_leaves_is_what_falls_on_a_face_before_it(sensor, transport):
+    target = NearObject.of(sensor.renderer.object_mesh, Finish(color=(0.0, 0.0, 0.0)))
+    target.place(sensor.view(at(0.01), sensor.rest).indenter.pose)
+    met = target.look(transport.world.scene, None, transport.ports, transport.lines, rays=20_000, seed=0)
+    top, dark = target.placed.vertices[target.mesh.faces, 2].mean(1) > -0.05, np.zeros((len(target.mesh.faces), 3))
+    middle = transport.shining.reshape(12, 10, -1, 3)[5:7, 4:6].mean((0, 1, 2))
+    np.testing.assert_allclose(met.irradiance(transport.shining, dark)[top].mean(0), np.pi * middle, rtol=0.1)
+    # What is turned away from the face meets the dark beside it.
+    np.testing.assert_allclose(met.irradiance(np.ones_like(transport.shining), dark)[top], np.pi, rtol=0.05)
+
+
+def test_an_object_as_bright_as_the_room_that_it_hides_changes_nothing(sensor, transport):
+    target = NearObject.of(sensor.renderer.object_mesh, Finish(color=(0.5, 0.5, 0.5)))
+    target.place(sensor.view(at(0.5), sensor.rest).indenter.pose)
+    pixels = np.arange(transport.rest.image.shape[0] * transport.rest.image.shape[1], dtype=np.uint32)
+    room = transport.world.inventory.environment
+    met = target.look(transport.world.scene, room, transport.ports, transport.lines, rays=1000, seed=0)
+    for share, expected in ((1.0, 0.0), (3.0, 2.0)):
+        even = np.full((len(target.mesh.faces), 3), share * BRIGHT * np.pi / 0.5)
+        seen = transport.seen.seen_outside(room, target, even, target.finish, pixels) / BRIGHT
+        assert (seen.max() > 0.1) == (expected > 0)
+        came = transport.sums @ met.changes(even) / BRIGHT
+        assert came[: transport.light.shape[1]].max() == pytest.approx(expected, abs=1e-4)
+        hidden = transport.seen.seen_outside(room, target, 0 * even, target.finish, pixels) / BRIGHT
+        np.testing.assert_allclose(seen, -expected * hidden, atol=1e-4)
+
+
+@pytest.mark.parametrize("state", [at(0.002), at(2.0, x_mm=1.5)])
+def test_an_image_is_the_true_one(sensor, state):
+    compare(sensor, state)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("settings", "state"),
+    [
+        ((*BALL, "object.specular=0.4"), at(0.3)),
+        (
+            (
+                "render.anchor_particles=400000",
+                "render.particles=100000",
+                "object={kind='box',size_mm=[6,4,3]}",
+            ),
+            at(0.2, twist_deg=30.0, tilt_x_deg=6.0),
+        ),
+    ],
+)
+def test_an_image_of_a_glossy_or_an_edged_object_is_the_true_one(settings, state):
+    compare(sensor_of("rig.ambient=[0.02,0.02,0.02]", *settings), state)
+
+
+def compare(sensor, state):
+    true, found = changes(sensor, state)
+    assert np.sqrt(np.mean(true**2)) > 0.02
+    off = found - true
+    assert np.sqrt(np.mean(off**2)) < 0.25 * np.sqrt(np.mean(true**2))
+    # Sums over all pixels have no noise of single rays.
+    np.testing.assert_allclose(found.mean((0, 1)), true.mean((0, 1)), atol=0.05 * np.abs(true.mean((0, 1))).max())
+
+
+def test_what_is_no_object_alone_that_is_near_is_left_to_others(sensor):
+    renderer = sensor.renderer
+    assert renderer.compressed(sensor.view(UNTOUCHED, sensor.rest)) is None
+    assert renderer.compressed(sensor.view(at(0.5, flashlight=True), sensor.rest)) is None
+    assert renderer.compressed(sensor.view(at(-0.5), sensor.deform(at(-0.5), sensor.rest))) is None
+
+
+def test_places_on_the_way_do_not_tell(sensor):
+    first, second = (sensor.view(at(gap), sensor.rest) for gap in (0.4, 1.0))
+    alone = sensor.renderer.compressed(second)
+    sensor.renderer.compressed(first)
+    np.testing.assert_array_equal(sensor.renderer.compressed(second), alone)
