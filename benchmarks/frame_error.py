@@ -1,6 +1,7 @@
 """How far a touch's change of the image is from converged images: by depth, distance from the contact, and length.
 
     python benchmarks/frame_error.py --out docs/benchmarks/frame-error.json [--images 8] [--depths 0.3,0.6,1,1.5]
+    python benchmarks/frame_error.py --out docs/benchmarks/tiers.json --tiers true,control,fast,volpath
 
 An object is pressed into the middle of the face, filmed by a camera without noise. Of each depth a frame is rendered as
 an episode has it, and without an anchor by many independent images, in two halves. The error of the change is
@@ -11,12 +12,15 @@ D being what the frame differs by from the untouched sensor's, C1 and C2 the sam
 adds nothing; the change's own size is the mean of C1 C2. `grain` is the part of the error above a Gaussian mean of five
 pixels' width at half height, `slow` what is below it. `spread` is the standard deviation over seeds, each with pixel
 positions and light particles of its own. All are grey levels of an exposure that brings the untouched frame to its
-level, before they are rounded: far is 8 mm and more from the contact, corners are squares of 60 pixels.
-The plot, beside the figures, shows all of it over the depth.
+level, before they are rounded: far is 8 mm and more from the contact, corners are squares of 60 pixels. `mean`, `p99`
+are distances from the mean of both halves, whose own noise is among them. `seconds` of a processor are those of one
+image, what is computed once left out. The plot, beside the figures, shows all of it over the depth; of several tiers it
+shows error against time.
 """
 
 import argparse
 import json
+import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -40,8 +44,14 @@ CLEAN = ("rig.camera.read_noise_e=0", "rig.camera.full_well_e=1e9", "references=
 CONVERGED = ("render.samples=16", "render.particles=400000", "render.anchor_samples=0")
 OBJECTS = {
     "ball": "sphere:radius_mm=5", "punch": "punch:radius_mm=3", "box": "box:size_mm=6",
-    "cylinder": "cylinder:radius_mm=3,length_mm=40",
+    "cylinder": "cylinder:radius_mm=3,length_mm=40", "cover": "box:size_mm=40",
 }  # fmt: skip
+TIERS = {
+    "true": (), "fast": ("render.tier=fast", "render.outside_domain=refuse"),
+    "control": ("render.samples=1", "render.particles=6000"),
+    "volpath": ("render.estimator=path", "render.samples=64"),
+}  # fmt: skip
+"""Settings of each; `volpath` is Mitsuba's own path tracer."""
 FAR_MM, CORNER_PX, FINE_PX = 8.0, 60, 5 / 2.355
 NEAR_MM = 1.0
 """Gap of the frame before contact."""
@@ -61,6 +71,10 @@ class FrameError:
     grain: float
     slow: float
     spread: float
+    mean: float
+    p99: float
+    tier: str
+    seconds: float
 
 
 def pressed(depth_mm: float) -> FrameState:
@@ -97,17 +111,29 @@ def smooth(image: Array) -> Array:
     return np.asarray(gaussian_filter(image, FINE_PX, axes=(0, 1)))
 
 
-def measure(name: str, depths: list[float], settings: list[str], images: int) -> list[FrameError]:
-    """All depths of one object."""
-    sensors = []
-    for seed in SEEDS:
-        scene = load_scene("pressed", [*CLEAN, *settings], seed=seed)
-        sensors.append(Sensor.for_scene(scene.model_copy(update={"object": parse_object(OBJECTS[name])})))
+def rendered(sensors: list[Sensor], state: FrameState, deformation: object) -> tuple[list[Array], float]:
+    """A frame of each sensor, and the seconds of a processor that one takes at last."""
+    frames = []
+    for sensor in sensors:
+        begin = time.process_time()
+        frames.append(sensor.radiance(state, deformation).astype(np.float64))
+    return frames, time.process_time() - begin
+
+
+def measure(
+    name: str, depths: list[float], settings: list[str], images: int, tiers: tuple[str, ...] = ("true",)
+) -> list[FrameError]:
+    """All depths of one object, by one tier after the other."""
+    sensors = {}
+    for tier in tiers:
+        scenes = [load_scene("pressed", [*CLEAN, *settings, *TIERS[tier]], seed=seed) for seed in SEEDS]
+        target = parse_object(OBJECTS[name])
+        sensors[tier] = [Sensor.for_scene(each.model_copy(update={"object": target})) for each in scenes]
     careful_scene = load_scene("pressed", [*CLEAN, *settings, *CONVERGED], seed=0)
     careful = Sensor.for_scene(careful_scene.model_copy(update={"object": parse_object(OBJECTS[name])}))
-    first = sensors[0]
-    rests = [sensor.radiance(UNTOUCHED, sensor.rest).astype(np.float64) for sensor in sensors]
-    gain = 255 * meter(rests[0], first.rig.camera).gain
+    first = sensors[tiers[0]][0]
+    rests = {tier: rendered(each, UNTOUCHED, first.rest)[0] for tier, each in sensors.items()}
+    gain = 255 * meter(rests[tiers[0]][0], first.rig.camera).gain
 
     def halves(state: FrameState, deformation: object) -> list[Array]:
         view = careful.view(state, deformation)
@@ -119,22 +145,28 @@ def measure(name: str, depths: list[float], settings: list[str], images: int) ->
     for depth_mm in depths:
         state = pressed(depth_mm)
         deformation = first.deform(state, first.rest) if depth_mm > 0 else first.rest
-        frames = [sensor.radiance(state, deformation).astype(np.float64) for sensor in sensors]
-        changes = [gain * (frame - rest) for frame, rest in zip(frames, rests, strict=True)]
         truth = [now - rest for now, rest in zip(halves(state, deformation), at_rest, strict=True)]
-        errors = [[change - each for each in truth] for change in changes]
         mask = contact_mask(deformation, landing_mm)
-        for region, part in regions(mask, first.rig.camera.field_mm / first.rig.camera.columns).items():
-            slow = np.mean([rms(smooth(one), smooth(two), part) ** 2 for one, two in errors])
-            whole = np.mean([rms(one, two, part) ** 2 for one, two in errors])
-            fine = np.mean([rms(one - smooth(one), two - smooth(two), part) ** 2 for one, two in errors])
-            row = FrameError(
-                object=name, depth_mm=depth_mm, region=region, change=rms(*truth, part), error=float(np.sqrt(whole)),
-                grain=float(np.sqrt(fine)), slow=float(np.sqrt(slow)),
-                spread=float(np.sqrt(np.var(changes, axis=0, ddof=1)[part].mean())),
-            )  # fmt: skip
-            found.append(row)
-            print(json.dumps(asdict(row)), flush=True)
+        for tier in tiers:
+            if depth_mm > 0:  # what is shared along a press is there
+                rendered(sensors[tier][-1:], pressed(0.8 * depth_mm), first.deform(pressed(0.8 * depth_mm), first.rest))
+            frames, seconds = rendered(sensors[tier], state, deformation)
+            changes = [gain * (frame - rest) for frame, rest in zip(frames, rests[tier], strict=True)]
+            errors = [[change - each for each in truth] for change in changes]
+            off = np.abs([np.mean(each, 0) for each in errors])
+            for region, part in regions(mask, first.rig.camera.field_mm / first.rig.camera.columns).items():
+                slow = np.mean([rms(smooth(one), smooth(two), part) ** 2 for one, two in errors])
+                whole = np.mean([rms(one, two, part) ** 2 for one, two in errors])
+                fine = np.mean([rms(one - smooth(one), two - smooth(two), part) ** 2 for one, two in errors])
+                row = FrameError(
+                    object=name, depth_mm=depth_mm, region=region, change=rms(*truth, part),
+                    error=float(np.sqrt(whole)), grain=float(np.sqrt(fine)), slow=float(np.sqrt(slow)),
+                    spread=float(np.sqrt(np.var(changes, axis=0, ddof=1)[part].mean())),
+                    mean=float(off[:, part].mean()), p99=float(np.percentile(off[:, part], 99)), tier=tier,
+                    seconds=round(seconds, 3),
+                )  # fmt: skip
+                found.append(row)
+                print(json.dumps(asdict(row)), flush=True)
     return found
 
 
@@ -159,6 +191,23 @@ def draw(rows: list[FrameError], path: Path) -> None:
     figure.savefig(path, dpi=120)
 
 
+def draw_tiers(rows: list[FrameError], path: Path) -> None:
+    """Error of the whole image against seconds of a processor, one mark a tier and state."""
+    mpl.use("Agg")
+    figure, panels = plt.subplots(1, 2, figsize=(10, 4), sharex=True, sharey=True)
+    for panel, title in zip(panels, ("before contact", "touched"), strict=True):
+        for tier in dict.fromkeys(row.tier for row in rows):
+            states = [row for row in rows if row.region == "whole" and (row.depth_mm > 0) == (title == "touched")]
+            chosen = [row for row in states if row.tier == tier]
+            panel.plot([row.seconds for row in chosen], [row.error for row in chosen], "o", label=tier)
+        panel.axhline(0.25, color="grey", linestyle=":", label="noise of the camera")
+        panel.set(title=title, xlabel="processor time of an image [s]", xscale="log", yscale="log")
+    panels[0].set_ylabel("error of the change [grey levels, rms]")
+    panels[0].legend(fontsize=8)
+    figure.tight_layout()
+    figure.savefig(path, dpi=120)
+
+
 def main() -> None:
     """See the module."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -166,13 +215,15 @@ def main() -> None:
     parser.add_argument("--images", type=int, default=8, help="Converged ones of each state, an even number.")
     parser.add_argument("--depths", default="0.1,0.3,0.6,1,1.5,2")
     parser.add_argument("--objects", default=",".join(OBJECTS))
+    parser.add_argument("--tiers", default="true", help=f"Some of {', '.join(TIERS)}.")
     parser.add_argument("--set", action="append", default=[], dest="settings")
     chosen = parser.parse_args()
     depths = [-NEAR_MM, *map(float, chosen.depths.split(","))]
-    rows = [row for name in chosen.objects.split(",") for row in measure(name, depths, chosen.settings, chosen.images)]
+    names, tiers = chosen.objects.split(","), tuple(chosen.tiers.split(","))
+    rows = [row for name in names for row in measure(name, depths, chosen.settings, chosen.images, tiers)]
     figures = {"settings": chosen.settings, "images": chosen.images, "results": [asdict(row) for row in rows]}
     chosen.out.write_text(json.dumps(figures, indent=1) + "\n")
-    draw(rows, chosen.out.with_suffix(".png"))
+    (draw if len(tiers) == 1 else draw_tiers)(rows, chosen.out.with_suffix(".png"))
 
 
 if __name__ == "__main__":

@@ -20,8 +20,8 @@ LIBRARIES = (
     "pillow", "opencv-contrib-python-headless", "pyarrow", "av",
 )  # fmt: skip
 """Distributions whose versions may change a result's bytes; those that are not installed are left out."""
-ROOMS = "scenes/rooms"
-"""Pictures that come with the program, which configurations know by name alone."""
+BESIDE = ("scenes/rooms", "scenes/models")
+"""What comes with the program, and configurations know by name alone or not at all: pictures of rooms, models."""
 SOURCES = "sources"
 """Key of the sources' digest beside the versions."""
 DIGITS = 16
@@ -30,7 +30,7 @@ DIGITS = 16
 
 @cache
 def versions(*beside: str) -> dict[str, str]:
-    """Version of this program, digest of its sources and of its rooms, and versions of the libraries, by name.
+    """Version of this program, digest of its sources, rooms and models, and versions of the libraries, by name.
 
     Args:
         beside: Other packages whose sources decide a result too, such as `magicsim_experiments`.
@@ -39,8 +39,9 @@ def versions(*beside: str) -> dict[str, str]:
     from magicsim.kernels import package_hash
 
     sources = hashlib.sha256(package_hash().encode())
-    for path in sorted((preset_root() / ROOMS).glob("*")):
-        sources.update(path.name.encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
+    for folder in BESIDE:
+        for path in sorted((preset_root() / folder).glob("*")):
+            sources.update(path.name.encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
     found = {"magicsim": magicsim.__version__, SOURCES: sources.hexdigest()[:DIGITS]}
     for name in beside:
         found[name] = package_hash(Path(str(import_module(name).__file__)).parent)[:DIGITS]

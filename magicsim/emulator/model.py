@@ -36,6 +36,9 @@ COARSE_PX = 16
 """Pixels along a side that are one of the coarse untouched image."""
 SAME_REST = 0.02
 """Root mean square difference of untouched images, in units of their mean, up to which they are of the same sensor."""
+BESIDE = 0.5
+"""By how much of the interval of what the model learned from a setting may lie beside it: few printed units span less
+than all do, and the network sees the untouched image of each."""
 UNSEEN = {"schema_version", "mounting", "lattice", "limits"}
 """Settings of a design that no picture depends on but through displacements, which the network sees."""
 UNSEEN_OF_MATERIALS = {
@@ -136,6 +139,7 @@ class TouchModel:
         for name in sorted(now.keys() | self.facts.sensor.keys()):
             known, value = self.facts.sensor.get(name), now.get(name)
             if isinstance(known, tuple) and isinstance(value, float):
+                known = (known[0] - BESIDE * (known[1] - known[0]), known[1] + BESIDE * (known[1] - known[0]))
                 slack = 1e-6 * max(1.0, abs(known[0]))
                 if known[0] - slack <= value <= known[1] + slack:
                     continue

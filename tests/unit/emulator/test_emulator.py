@@ -1,6 +1,7 @@
 """The fast tier of a sensor: what is emulated, what is rendered, and what is refused in one line."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -133,6 +134,15 @@ def test_another_sensor_or_object_is_told_by_its_field(rest, tmp_path, setting, 
     found = emulator_of(tmp_path / "a.touch", small_model(small_scene(), rest), rest, setting)
     assert isinstance(found, str)
     assert line in found
+
+
+@pytest.mark.parametrize(("skin_mm", "known"), [(0.765, True), (0.83, True), (0.85, False), (0.75, False)])
+def test_a_unit_may_lie_a_little_beside_those_that_the_model_learned_from(rest, tmp_path, skin_mm, known):
+    model = small_model(small_scene(), rest)
+    facts = model.facts.model_copy(update={"sensor": model.facts.sensor | {"design.skin_mm": (0.78, 0.82)}})
+    found = emulator_of(tmp_path / "a.touch", replace(model, facts=facts), rest, f"design.skin_mm={skin_mm}")
+    assert isinstance(found, Emulator) == known
+    assert known or "(0.76 to 0.84)" in str(found)
 
 
 def test_an_untouched_image_that_code_has_changed_is_told(rest, tmp_path):
