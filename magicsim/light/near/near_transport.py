@@ -35,7 +35,7 @@ INTO = (2.0, 2, 6)
 """Ports of light that comes in, which scatters over millimetres."""
 OUT_PATHS, INTO_LINES, PARTICLES = 8, 4, 160
 """Paths of a port that leaves, lines and particles of one that comes in."""
-SEEN_RAYS, BACK_RAYS = 4, 1
+SEEN_RAYS, BACK_RAYS = 8, 1
 """Rays of a pixel and of a port that look at the object, of all that were recorded."""
 OBJECT_RAYS = 12_000
 """Rays from an object that look at the ports."""
