@@ -165,6 +165,7 @@ def _explain(
     decide("light pass", lightened, "the light changes", why_not if lightened == rendered else "nothing scatters")
     left_out += _behind_coat(scene)
     decide("camera pass", rendered, "the image changes", "same pose and light as an earlier frame")
+    _explain_tier(scene, kept, left_out)
     for name, there in _outside(scene, frames).items():
         decide(f"{name} in the optical scene", there, *SEEN[name])
     references = f"{scene.references} frames: one untouched state, each frame with noise of its own"
@@ -177,6 +178,22 @@ def _explain(
         reason = "asked for" if asked else "not asked for (output settings)"
         (kept if asked else left_out).append(Decision(stage=f"output {name}", reason=reason))
     return kept, left_out
+
+
+def _explain_tier(scene: SceneConfig, kept: list[Decision], left_out: list[Decision]) -> None:
+    """What the fast tier leaves out, or why it does not."""
+    if scene.render.tier == "true":
+        return
+    from magicsim.emulator.model import ALL, find_model
+
+    model, reason = find_model(scene.render.model, scene.design, scene.rig)
+    stage = "both passes, of touches and of what is near"
+    if model is None:
+        kept.append(Decision(stage=stage, reason=reason))
+        return
+    off = "".join(f", {row.error:.2g} grey levels off" for row in model.facts.errors if row.states == ALL)
+    known = f"touches by the model '{model.facts.name}'{off}; what it does not know is rendered"
+    left_out.append(Decision(stage=stage, reason=known))
 
 
 SEEN = {"object": ("the object is there", "no object"), "flashlight": ("the light is on", "the light is off")}

@@ -22,6 +22,7 @@ from magicsim.errors import ConfigError, RenderError
 from magicsim.robot import LiveSensor
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, TierError
 from magicsim.simulation.emulation import COMPRESSED, before_contact
+from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor
 from magicsim.workers.attempt import Failure, FailureKind, Outcome
 
@@ -86,6 +87,17 @@ def test_an_object_that_is_near_comes_by_compressed_transport_and_nothing_else_d
 def test_without_a_model_what_is_near_is_rendered_as_its_touches_are(fast, true):
     sensor = fast("object.specular=0.5")
     assert sensor.render(at(0.5), sensor.rest)[1] != COMPRESSED
+
+
+def test_a_plan_says_which_passes_a_model_leaves_out_and_why_none_does(rest, tmp_path):
+    path, stage = tmp_path / "made-up.touch", "both passes, of touches and of what is near"
+    path.write_bytes(small_model(small_scene(), rest, errors=[row(0.5)]).to_bytes())
+    fast = ("render.tier=fast", f"render.model='{path}'")
+    left_out = {each.stage: each.reason for each in plan_scene(small_scene(*fast)).left_out}
+    assert left_out[stage].startswith("touches by the model 'made up', 0.5 grey levels off")
+    kept = {each.stage: each.reason for each in plan_scene(small_scene(*fast, "design.skin_mm=0.7")).kept}
+    assert kept[stage].startswith("design.skin_mm = 0.7 is not what the model 'made up' knows")
+    assert stage not in str(plan_scene(small_scene()))
 
 
 def test_the_word_true_needs_no_quotes():
