@@ -33,7 +33,7 @@ OUT = (1.0, 3, 8)
 """Ports of light that leaves: edge of a patch [mm], about the grid's pitch, rings and sectors of directions."""
 INTO = (2.0, 2, 6)
 """Ports of light that comes in, which scatters over millimetres."""
-OUT_PATHS, INTO_LINES, PARTICLES = 8, 4, 160
+OUT_PATHS, INTO_LINES, PARTICLES = 4, 4, 64
 """Paths of a port that leaves, lines and particles of one that comes in."""
 SEEN_RAYS, BACK_RAYS = 8, 1
 """Rays of a pixel and of a port that look at the object, of all that were recorded."""
