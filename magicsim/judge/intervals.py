@@ -9,8 +9,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import gammaincinv
-from scipy.stats import binomtest
 
 from magicsim.arrays import Array, Index
 from magicsim.judge.measures import measure, measured
@@ -63,6 +61,8 @@ def ends(values: Array) -> tuple[float, float]:
 
 def count_ends(events: int) -> tuple[float, float]:
     """Ends of the exact interval of the expected count, where so many independent events were counted."""
+    from scipy.special import gammaincinv
+
     low = float(gammaincinv(events, TAIL)) if events else 0.0
     return low, float(gammaincinv(events + 1, 1 - TAIL))
 
@@ -111,5 +111,7 @@ def exact_share(successes: int, total: int) -> MeasureEstimate:
     """A share of independent trials, where the bootstrap has nothing to spread once all are alike."""
     if total == 0:
         return MeasureEstimate(value=None, low=None, high=None, episodes=0)
+    from scipy.stats import binomtest
+
     found = binomtest(successes, total).proportion_ci(CONFIDENCE, method="exact")
     return MeasureEstimate(value=successes / total, low=float(found.low), high=float(found.high), episodes=total)
