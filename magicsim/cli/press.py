@@ -63,7 +63,7 @@ def press(
         print_result(found.as_dict() | {"design_limits": block.limits.model_dump(mode="json")}, as_json=json)
         return
     if depth_mm is None:
-        raise ConfigError("depth_mm is missing: only with limits it may be left out")
+        raise ConfigError("--depth-mm is missing: only with --limits it may be left out")
     if curve is not None:
         title = f"{object} pressed into {design}" + (f", friction {friction:g}" if friction else "")
         values = _curve(block, thing, depth_mm, points, friction, infill_yield_mpa, max_iterations, curve, title)

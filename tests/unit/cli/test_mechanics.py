@@ -65,7 +65,7 @@ def test_press_says_what_the_print_bears(shell: Shell):
 @pytest.mark.parametrize(
     ("options", "named"),
     [
-        ([], "depth_mm is missing: only with limits it may be left out"),
+        ([], "--depth-mm is missing: only with --limits it may be left out"),
         (["--limits", "--twist-deg", 3], "twist_deg is not allowed with limits: they are of a straight press"),
         (["--limits", "--curve", "ball.csv"], "curve is not allowed with limits"),
         (["--limits"], "the design says no strength"),
