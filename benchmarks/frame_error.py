@@ -148,8 +148,8 @@ def measure(
         truth = [now - rest for now, rest in zip(halves(state, deformation), at_rest, strict=True)]
         mask = contact_mask(deformation, landing_mm)
         for tier in tiers:
-            if depth_mm > 0:  # what is shared along a press is there
-                rendered(sensors[tier][-1:], pressed(0.8 * depth_mm), first.deform(pressed(0.8 * depth_mm), first.rest))
+            before = pressed(0.8 * depth_mm)  # compiles, and makes what is shared along a press
+            rendered(sensors[tier][-1:], before, first.deform(before, first.rest) if depth_mm > 0 else first.rest)
             frames, seconds = rendered(sensors[tier], state, deformation)
             changes = [gain * (frame - rest) for frame, rest in zip(frames, rests[tier], strict=True)]
             errors = [[change - each for each in truth] for change in changes]
