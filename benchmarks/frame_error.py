@@ -148,9 +148,11 @@ def measure(
         truth = [now - rest for now, rest in zip(halves(state, deformation), at_rest, strict=True)]
         mask = contact_mask(deformation, landing_mm)
         for tier in tiers:
-            before = pressed(0.8 * depth_mm)  # compiles, and makes what is shared along a press
-            rendered(sensors[tier][-1:], before, first.deform(before, first.rest) if depth_mm > 0 else first.rest)
-            frames, seconds = rendered(sensors[tier], state, deformation)
+            frames, _ = rendered(sensors[tier], state, deformation)
+            # One image more, when all is compiled, and what the frames of a press share is known.
+            before = pressed(0.8 * depth_mm)
+            held = first.deform(before, first.rest) if depth_mm > 0 else first.rest
+            _, seconds = rendered(sensors[tier][-1:], before, held)
             changes = [gain * (frame - rest) for frame, rest in zip(frames, rests[tier], strict=True)]
             errors = [[change - each for each in truth] for change in changes]
             off = np.abs([np.mean(each, 0) for each in errors])
