@@ -41,6 +41,8 @@ BESIDE = 0.5
 than all do, and the network sees the untouched image of each."""
 UNSEEN = {"schema_version", "mounting", "lattice", "limits"}
 """Settings of a design that no picture depends on but through displacements, which the network sees."""
+SEED = ".seed"
+"""How settings end that number random prints, each of which the network sees."""
 UNSEEN_OF_MATERIALS = {
     "body": {"youngs_modulus_mpa", "poisson_ratio", "prony"}, "infill": {"shear_modulus_mpa", "bulk_modulus_mpa"},
 }  # fmt: skip
@@ -136,7 +138,7 @@ class TouchModel:
     def refusal(self, design: ElastomerDesign, rig: Rig) -> str | None:
         """What of a sensor the model does not know, in words; None where it knows all."""
         now = sensor_facts(design, rig)
-        for name in sorted(now.keys() | self.facts.sensor.keys()):
+        for name in sorted(each for each in now.keys() | self.facts.sensor.keys() if not each.endswith(SEED)):
             known, value = self.facts.sensor.get(name), now.get(name)
             if isinstance(known, tuple) and isinstance(value, float):
                 known = (known[0] - BESIDE * (known[1] - known[0]), known[1] + BESIDE * (known[1] - known[0]))
@@ -225,6 +227,5 @@ def find_model(name: str | None, design: ElastomerDesign, rig: Rig) -> tuple[Tou
         refused = model.refusal(design, rig)
         if refused is None:
             return model, ""
-        if name is not None:
-            reason = refused
+        reason = refused if name is not None else f"{refused}; `magicsim distil` makes another"
     return None, reason

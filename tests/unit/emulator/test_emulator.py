@@ -20,6 +20,7 @@ from magicsim.emulator.fields import FieldMaker
 from magicsim.emulator.model import ErrorRow, TouchModel, find_model
 from magicsim.errors import ConfigError, RenderError
 from magicsim.robot import LiveSensor
+from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, TierError
 from magicsim.simulation.emulation import COMPRESSED, before_contact
 from magicsim.simulation.plan import plan_scene
@@ -155,6 +156,20 @@ def test_a_unit_may_lie_a_little_beside_those_that_the_model_learned_from(rest, 
     found = emulator_of(tmp_path / "a.touch", replace(model, facts=facts), rest, f"design.skin_mm={skin_mm}")
     assert isinstance(found, Emulator) == known
     assert known or "(0.76 to 0.84)" in str(found)
+
+
+def test_the_number_of_a_random_print_is_none_of_what_a_model_asks_for(rest, tmp_path):
+    found = emulator_of(tmp_path / "a.touch", small_model(small_scene(), rest), rest, "design.unevenness.seed=7")
+    assert isinstance(found, Emulator)
+
+
+def test_what_the_models_that_come_with_the_program_do_not_know_is_told():
+    scene = load_scene("pressed", ["design.unevenness.wall_sd_mm=0.003"])
+    model, reason = find_model(None, scene.design, scene.rig)
+    assert model is None
+    assert reason.startswith(
+        "design.unevenness.wall_sd_mm = 0.003 is not what the model 'mini-magictac' knows (0 to 0)"
+    )
 
 
 def test_an_untouched_image_that_code_has_changed_is_told(rest, tmp_path):
