@@ -21,7 +21,7 @@ from magicsim.light.frame.anchored_image import REACH_PX, anchored_change, ancho
 from magicsim.light.frame.frame_image import Look, own_field, passing_light_change
 from magicsim.light.frame.frame_light import Before, free_light, lifted, touched_light
 from magicsim.light.near.near_object import NearObject
-from magicsim.light.near.near_transport import NearTransport
+from magicsim.light.near.near_transport import NearTransport, PortLight
 from magicsim.light.plain_renderer import PlainRenderer, checked
 from magicsim.light.reach import is_out_of_reach
 from magicsim.light.records.untouched import RECORDED_PARTS, Untouched, untouched_key
@@ -171,7 +171,10 @@ class Renderer(PlainRenderer):
             return None
         self._check_room(shown, placed)
         if self._near is None:
-            transport = NearTransport.of(self.light(View()), self.anchor())
+            world, anchor = self.light(View()), self.anchor()
+            key = untouched_key(self.elastomer.design, self.rig, self.settings)
+            light = self._untouched.made(key, lambda: PortLight.of(world, anchor))
+            transport = NearTransport(world=world, rest=anchor, light=light)
             self._near = transport, NearObject.of(self.object_mesh, self.object_finish)
         transport, target = self._near
         target.place(indenter.pose)

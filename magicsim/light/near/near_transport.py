@@ -44,12 +44,10 @@ TURNS = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class NearTransport:
-    """Compressed transport of one sensor."""
+class PortLight:
+    """Light of one untouched sensor through its ports, which all episodes of it share."""
 
-    world: LitWorld
-    rest: Untouched
-    light: npt.NDArray[np.float32]
+    brought: npt.NDArray[np.float32]
     """What each port that comes in brings to cells and voxels, by unit radiance, shape (cells + voxels, ports)."""
     ports: Ports
     """Ports of light that leaves."""
@@ -77,10 +75,19 @@ class NearTransport:
         lines = mi.Ray3f(mi.Point3f(*columns(table[:, :3])), mi.Vector3f(*columns(table[:, 3:WEIGHT])))
         weights = (table[:, WEIGHT].astype(np.float64), (owner, np.arange(len(owner))))
         return cls(
-            world=world, rest=rest, light=_brought(world, into), ports=ports, shining=shining, lines=lines,
+            brought=_brought(world, into), ports=ports, shining=shining, lines=lines,
             sums=sp.csr_matrix(weights, (into.count + ports.count, len(owner))), leaving=leaving.response,
             seen=_thinned(_means(rest.paths), SEEN_RAYS),
         )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NearTransport:
+    """Compressed transport of one sensor."""
+
+    world: LitWorld
+    rest: Untouched
+    light: PortLight
 
     def image(self, target: NearObject, pixels: Numbers, *, samples: int, seed: int) -> Array:
         """Radiance of some pixels with an object before the block, shape (pixels, 3).
@@ -91,18 +98,18 @@ class NearTransport:
             samples: Camera samples of each pixel that are traced on where the object mirrors.
             seed: Of the frame.
         """
-        world, rest, room = self.world, self.rest, self.world.inventory.environment
+        world, rest, light, room = self.world, self.rest, self.light, self.world.inventory.environment
         stream = SEEDS_PER_RENDER * seed + ON_OBJECT
-        met = target.look(world.scene, room, self.ports, self.lines, rays=OBJECT_RAYS, seed=stream)
-        lit = met.irradiance(self.shining, np.zeros((len(target.mesh.faces), 3)))
+        met = target.look(world.scene, room, light.ports, light.lines, rays=OBJECT_RAYS, seed=stream)
+        lit = met.irradiance(light.shining, np.zeros((len(target.mesh.faces), 3)))
         for _ in range(TURNS):
-            changed = self.sums @ met.changes(lit)
-            coming, back = np.split(changed, [self.light.shape[1]])
-            change = self._field(self.light @ coming.astype(np.float32))
+            changed = light.sums @ met.changes(lit)
+            coming, back = np.split(changed, [light.brought.shape[1]])
+            change = self._field(light.brought @ coming.astype(np.float32))
             values = _values(world, change)
-            lit = met.irradiance(self.shining + self.leaving @ values + back, lit)
+            lit = met.irradiance(light.shining + light.leaving @ values + back, lit)
         outside: Any = target
-        found = (self.seen.response @ values)[pixels] + self.seen.seen_outside(
+        found = (light.seen.response @ values)[pixels] + light.seen.seen_outside(
             room, outside, lit, target.finish, pixels
         )
         if target.finish.specular > 0:

@@ -11,10 +11,11 @@ import logging
 import os
 import platform
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from magicsim.folder.kept import KeptFiles, cache_folder
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.transport.light_field import LightField
 
+Made = TypeVar("Made")
 KEPT = 2
 """Sensors that are kept at most."""
 LOGGER = logging.getLogger(__name__)
@@ -136,6 +138,7 @@ class UntouchedStates:
     def __init__(self, store: UntouchedStore | None = None) -> None:
         """Holds nothing."""
         self._states: OrderedDict[str, Untouched] = OrderedDict()
+        self._made: OrderedDict[str, Any] = OrderedDict()
         self._store = store
 
     def get(self, key: str, *, on_disk: bool = False) -> Untouched | None:
@@ -147,6 +150,15 @@ class UntouchedStates:
         if key in self._states:
             self._states.move_to_end(key)
         return self._states.get(key)
+
+    def made(self, key: str, make: Callable[[], Made]) -> Made:
+        """What is made of the state of a key, kept for other episodes of its sensor."""
+        if key not in self._made:
+            self._made[key] = make()
+            if len(self._made) > KEPT:
+                self._made.popitem(last=False)
+        self._made.move_to_end(key)
+        return cast("Made", self._made[key])
 
     def keep(self, key: str, state: Untouched, *, on_disk: bool = False) -> None:
         """Keeps a state, and lets the one go that was not asked for the longest."""

@@ -5,7 +5,7 @@ import pytest
 
 from magicsim.light.backend import VARIANT, dr
 from magicsim.light.near.near_object import NearObject
-from magicsim.light.near.near_transport import NearTransport
+from magicsim.light.near.near_transport import NearTransport, PortLight
 from magicsim.light.transport.light_pass import FIXED_POINT
 from magicsim.light.transport.light_starts import LightStarts
 from magicsim.light.world.finish import Finish
@@ -41,7 +41,8 @@ def sensor():
 
 @pytest.fixture(scope="module")
 def transport(sensor):
-    return NearTransport.of(sensor.renderer.light(View()), sensor.renderer.anchor())
+    world, rest = sensor.renderer.light(View()), sensor.renderer.anchor()
+    return NearTransport(world=world, rest=rest, light=PortLight.of(world, rest))
 
 
 def changes(sensor, state):
@@ -56,11 +57,11 @@ def test_light_of_an_even_room_through_the_ports_is_that_of_its_particles_throug
     beam = world.sent(ENVIRONMENT, count, seed=1)[0]
     starts = LightStarts.emitted([beam])
     place = starts.rays(-starts.rays.o.z / starts.rays.d.z)
-    width, height = transport.ports.footprint_mm
+    width, height = transport.light.ports.footprint_mm
     kept = dr.compress((dr.abs(place.x) < width / 2) & (dr.abs(place.y) < height / 2))
     tracks = world.light_pass(starts.some(kept))
     traced = tracks.cells[0].mean(1) / (FIXED_POINT * count) / world.inventory.volumes_mm3()[:, 0]
-    brought = transport.light[: len(traced)].sum(1) * BRIGHT
+    brought = transport.light.brought[: len(traced)].sum(1) * BRIGHT
     assert brought.sum() / traced.sum() == pytest.approx(1, abs=0.02)
     assert np.corrcoef(brought, traced)[0, 1] > 0.95
 
@@ -68,12 +69,12 @@ def test_light_of_an_even_room_through_the_ports_is_that_of_its_particles_throug
 def test_light_of_the_rest_that_leaves_is_what_falls_on_a_face_before_it(sensor, transport):
     target = NearObject.of(sensor.renderer.object_mesh, Finish(color=(0.0, 0.0, 0.0)))
     target.place(sensor.view(at(0.01), sensor.rest).indenter.pose)
-    met = target.look(transport.world.scene, None, transport.ports, transport.lines, rays=20_000, seed=0)
+    met = target.look(transport.world.scene, None, transport.light.ports, transport.light.lines, rays=20_000, seed=0)
     top, dark = target.placed.vertices[target.mesh.faces, 2].mean(1) > -0.05, np.zeros((len(target.mesh.faces), 3))
-    middle = transport.shining.reshape(12, 10, -1, 3)[5:7, 4:6].mean((0, 1, 2))
-    np.testing.assert_allclose(met.irradiance(transport.shining, dark)[top].mean(0), np.pi * middle, rtol=0.1)
+    middle = transport.light.shining.reshape(12, 10, -1, 3)[5:7, 4:6].mean((0, 1, 2))
+    np.testing.assert_allclose(met.irradiance(transport.light.shining, dark)[top].mean(0), np.pi * middle, rtol=0.1)
     # What is turned away from the face meets the dark beside it.
-    np.testing.assert_allclose(met.irradiance(np.ones_like(transport.shining), dark)[top], np.pi, rtol=0.05)
+    np.testing.assert_allclose(met.irradiance(np.ones_like(transport.light.shining), dark)[top], np.pi, rtol=0.05)
 
 
 def test_an_object_as_bright_as_the_room_that_it_hides_changes_nothing(sensor, transport):
@@ -81,14 +82,14 @@ def test_an_object_as_bright_as_the_room_that_it_hides_changes_nothing(sensor, t
     target.place(sensor.view(at(0.5), sensor.rest).indenter.pose)
     pixels = np.arange(transport.rest.image.shape[0] * transport.rest.image.shape[1], dtype=np.uint32)
     room = transport.world.inventory.environment
-    met = target.look(transport.world.scene, room, transport.ports, transport.lines, rays=1000, seed=0)
+    met = target.look(transport.world.scene, room, transport.light.ports, transport.light.lines, rays=1000, seed=0)
     for share, expected in ((1.0, 0.0), (3.0, 2.0)):
         even = np.full((len(target.mesh.faces), 3), share * BRIGHT * np.pi / 0.5)
-        seen = transport.seen.seen_outside(room, target, even, target.finish, pixels) / BRIGHT
+        seen = transport.light.seen.seen_outside(room, target, even, target.finish, pixels) / BRIGHT
         assert (seen.max() > 0.1) == (expected > 0)
-        came = transport.sums @ met.changes(even) / BRIGHT
-        assert came[: transport.light.shape[1]].max() == pytest.approx(expected, abs=1e-4)
-        hidden = transport.seen.seen_outside(room, target, 0 * even, target.finish, pixels) / BRIGHT
+        came = transport.light.sums @ met.changes(even) / BRIGHT
+        assert came[: transport.light.brought.shape[1]].max() == pytest.approx(expected, abs=1e-4)
+        hidden = transport.light.seen.seen_outside(room, target, 0 * even, target.finish, pixels) / BRIGHT
         np.testing.assert_allclose(seen, -expected * hidden, atol=1e-4)
 
 
