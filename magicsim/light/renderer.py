@@ -155,7 +155,7 @@ class Renderer(PlainRenderer):
     def compressed(self, view: View) -> FloatImage | None:
         """Radiance of a view in which an object is near and nothing else changes, by compressed transport.
 
-        Three times faster than `radiance` and as exact (`benchmarks/frame_error.py`); None for all other views.
+        Faster than `radiance` and as exact (`benchmarks/frame_error.py --tiers true,fast`); None for all other views.
 
         Raises:
             RenderError: The image holds values that are not finite.

@@ -15,6 +15,11 @@ FILES = sorted((preset_root() / MODELS).glob("*.touch"))
 MOST_BYTES = 10_000_000
 
 
+def test_the_default_sensor_has_a_model():
+    assert load_scene("pressed").design == load_scene("pressed", ["design=mini-magictac"]).design
+    assert "mini-magictac" in [path.stem for path in FILES]
+
+
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_a_model_is_found_for_its_design_and_says_how_far_off_it_is(path):
     scene = load_scene("pressed", [f"design={path.stem}", "render.tier=fast"])
