@@ -32,7 +32,7 @@ from magicsim.light.variant import activate_variant
 from magicsim.scenes.timeline import TierError
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 from magicsim.workers.attempt import Prepare, WorkerOptions, bound_threads, choose_workers
-from magicsim.workers.tasks import run_tasks
+from magicsim.workers.tasks import dealt, run_tasks
 
 NOT_IN_ROWS, MOST_KEYS = frozenset({"episodes", "license", "timeout_s"}), 8
 """Keys of a recipe that rows do not depend on, and the most that a message names."""
@@ -162,7 +162,7 @@ def _generated(
         constants = assembly.manifest.constants() | {"variant": assembly.manifest.variant}
         tasks = (
             (index, SampleTask(episode=episodes[index], columns=columns, constants=constants))
-            for index in map(int, left)
+            for index in dealt(map(int, left), lambda number: sensor_of(recipe, number), options.workers)
         )
         phase("the untouched image of the first unit, then touches")
         return _complete(recipe, assembly, episodes, len(left), options, simulator, columns, tasks, progress)

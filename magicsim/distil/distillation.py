@@ -11,7 +11,7 @@ import numpy as np
 
 from magicsim.camera.exposure import meter
 from magicsim.config.program import versions
-from magicsim.dataset.recipes.draw import draw_episodes
+from magicsim.dataset.recipes.draw import draw_episodes, sensor_of
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.distil.examples import Example, ExampleTask, is_held_out, render_example
 from magicsim.distil.network import find_torch, to_onnx
@@ -27,7 +27,7 @@ from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.sensor import Sensor
 from magicsim.workers.attempt import WorkerOptions, bound_threads
 from magicsim.workers.run_folder import RunFolder, RunIndex, log_failures
-from magicsim.workers.tasks import run_tasks
+from magicsim.workers.tasks import dealt, run_tasks
 
 FOLDER = RunFolder(
     index="distil.json", model=RunIndex, noun="distillation", content="set of examples",
@@ -130,7 +130,7 @@ def _render(recipe: Recipe, ledger: Ledger, options: WorkerOptions, progress: Pr
     missing = [number for number in range(recipe.episodes) if not ledger.is_intact(example_name(number))]
     tasks = (
         (number, ExampleTask(number=number, episode=episodes[number], images=IMAGES if is_held_out(number) else 1))
-        for number in missing
+        for number in dealt(missing, lambda number: sensor_of(recipe, number), options.workers)
     )
     failed, done = 0, recipe.episodes - len(missing)
     with closing(run_tasks(render_example, tasks, options, prepare=bound_threads)) as outcomes:

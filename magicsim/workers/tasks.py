@@ -13,9 +13,9 @@ import queue
 import signal
 import time
 from collections import deque
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass
-from itertools import islice
+from itertools import groupby, islice, zip_longest
 from multiprocessing.connection import Connection, Pipe, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any, TypeVar
@@ -240,6 +240,19 @@ TaskT = TypeVar("TaskT")
 ResultT = TypeVar("ResultT")
 QUEUED_PER_SLOT = 2
 """Tasks given out for each process: one that runs, one that waits, and memory stays flat."""
+
+
+def dealt(numbers: Iterable[int], group: Callable[[int], object], hands: int) -> Iterator[int]:
+    """Numbers in the order in which so many processes do not compute what a group shares at the same time.
+
+    Args:
+        numbers: Those of one group stand together.
+        group: Whose a number is.
+        hands: How many groups are under way at once.
+    """
+    groups = (list(each) for _, each in groupby(numbers, group))
+    while under_way := list(islice(groups, hands)):
+        yield from (number for turn in zip_longest(*under_way) for number in turn if number is not None)
 
 
 def run_tasks(

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from magicsim.workers.attempt import WorkerOptions
-from magicsim.workers.tasks import run_tasks
+from magicsim.workers.tasks import dealt, run_tasks
 
 from .tasks import fail_at_first, prepare, process_and_threads, refuse, square
 
@@ -67,3 +67,8 @@ def test_cluster_gives_the_same_outcomes_and_survives_a_killed_worker(tmp_path: 
         assert outcomes == {number: number**2 for number in range(20)}
         killed = run_tasks(fail_at_first, [(number, (str(tmp_path), number)) for number in range(3)], options)
         assert {outcome.key: outcome.result for outcome in killed} == {0: 0, 1: 1, 2: 2}
+
+
+def test_processes_begin_with_groups_of_their_own() -> None:
+    assert list(dealt(range(10), lambda number: number // 3, 2)) == [0, 3, 1, 4, 2, 5, 6, 9, 7, 8]
+    assert list(dealt([], lambda number: number, 2)) == []
