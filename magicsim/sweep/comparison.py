@@ -20,10 +20,12 @@ from magicsim.light.variant import activate_variant
 from magicsim.sweep import result as files
 from magicsim.sweep.designs import SweptDesign, count_designs, list_designs, value_at
 from magicsim.sweep.explorer import render_explorer, rows_of, table_csv, table_parquet
+from magicsim.sweep.measures import DURABILITY
 from magicsim.sweep.result import FOLDER, DesignResult, SweepIndex, read_result, read_results, result_name
-from magicsim.sweep.search import best_of, costs_of, optuna_version, pareto_front, search_designs
+from magicsim.sweep.search import costs_of, optuna_version, pareto_front, search_designs
 from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.sweep.trends import check_trends
+from magicsim.sweep.verdicts import leaders, verdicts
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 from magicsim.workers.attempt import Outcome, Prepare, WorkerOptions, bound_threads, choose_workers
 from magicsim.workers.run_folder import log_failures
@@ -51,7 +53,7 @@ def judge_design(task: DesignTask) -> bytes:
     from magicsim.light.records.untouched_store import shared_states
     from magicsim.sweep import parts
     from magicsim.sweep.designs import renderings_of, rows_of_renderings
-    from magicsim.sweep.mechanics import hardness
+    from magicsim.sweep.mechanics import durability, hardness
     from magicsim.sweep.result import DesignResult, printability
 
     start = time.perf_counter()
@@ -67,6 +69,8 @@ def judge_design(task: DesignTask) -> bytes:
         gathered.add(parts.textured(design.sensor, sweep, shared_states()))
     if "shore_a" in wanted:
         gathered.measures["shore_a"] = hardness(design.sensor.design, sweep.quality)
+    if wanted & DURABILITY.keys():
+        gathered.measures |= durability(design.sensor.design, sweep.object, wanted)
     return DesignResult(
         index=design.index, values=design.values, is_extra=design.is_extra, block=block,
         measures={name: gathered.measures[name] for name in sweep.measures if name in gathered.measures},
@@ -96,7 +100,12 @@ class SweepSummary:
     failed: int
     """Designs without one; `sweep.json` says why."""
     best: dict[str, Any] | None
-    """Number, values and first objective of the best design."""
+    """Number, values and first objective of the best design; None where none is clearly ahead of the others."""
+    leaders: list[int]
+    """Designs that are not clearly behind another one in the first objective, nor of those in the second, and so on."""
+    verdicts: dict[str, str]
+    """What each measure says of the designs: `told apart`, `indistinguishable` by their intervals, or all at one bound or
+    value, `saturated`."""
     front: list[int]
     """Designs in the Pareto front of all objectives."""
     trends: list[dict[str, Any]]
@@ -170,8 +179,8 @@ def write_results(
     kept = [sweep.search is None or sweep.search.keeps(result) for result in results]
     costs = np.where(np.array(kept, bool)[:, None], costs_of(results, sweep.objectives), np.nan)
     front = pareto_front(costs).tolist()
-    best = best_of([result for result, is_kept in zip(results, kept, strict=True) if is_kept], sweep.objectives)
-    trends = check_trends(results)
+    ahead = leaders([result for result, is_kept in zip(results, kept, strict=True) if is_kept], sweep.objectives)
+    told, trends = verdicts(results, sweep.measures), check_trends(results)
     rows = rows_of(results, front)
     ledger.place(files.CSV, table_csv(rows))
     ledger.place(files.PARQUET, table_parquet(rows, sweep.quality))
@@ -179,12 +188,14 @@ def write_results(
         for number, address in enumerate(result.pictures.values()):
             name = f"{files.FRAMES}/{result.index:05d}-{number:02d}.webp"
             ledger.place(name, base64.b64decode(address.partition(",")[2]))
-    page = render_explorer(sweep, results, front=front, trends=trends, failed=failed)
+    page = render_explorer(sweep, results, front=front, trends=trends, failed=failed, verdicts=told)
     ledger.place(files.REPORT, page.encode())
     return SweepSummary(
         designs=len(results),
         failed=len(failed),
-        best=_best(sweep, best),
+        best=_best(sweep, ahead[0]) if len(ahead) == 1 else None,
+        leaders=[each.index for each in ahead],
+        verdicts=told,
         front=[result.index for result, in_front in zip(results, front, strict=True) if in_front],
         trends=[asdict(each) | {"holds": each.holds} for each in trends],
         seconds=round(seconds, 3),
@@ -193,9 +204,7 @@ def write_results(
     )
 
 
-def _best(sweep: SweepConfig, best: DesignResult | None) -> dict[str, Any] | None:
-    if best is None:
-        return None
+def _best(sweep: SweepConfig, best: DesignResult) -> dict[str, Any]:
     name = sweep.objectives[0].measure
     measured = best.measures[name]
     ends = {"low": measured.low, "high": measured.high}

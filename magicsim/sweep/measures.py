@@ -92,6 +92,21 @@ MEASURES: dict[str, MeasureKind] = {
         title="Stiffness near 1 mm", unit="N/mm", digits=2, better=None,
         meaning="Slope of force against depth from the depth before 1 mm to 1 mm; interval as of the force.",
     ),
+    "force_at_yield_n": MeasureKind(
+        title="Force at yield", unit="N", digits=2, better="higher",
+        meaning="Force of the sweep's object at which the infill begins to flow, at its lowest yield stress in the "
+        "design's limits; interval: change by a coarser lattice.",
+    ),
+    "force_at_tear_n": MeasureKind(
+        title="Force at tear", unit="N", digits=2, better="higher",
+        meaning="Force at which the skin tears, by stretch or stress at the lowest strengths in the design's limits; "
+        "interval likewise. Elastic: what fails before it changes nothing.",
+    ),
+    "safe_depth_mm": MeasureKind(
+        title="Safe depth", unit="mm", digits=2, better="higher",
+        meaning="Depth of the sweep's object at which the infill yields or the skin tears, whichever is first, at the "
+        "lowest strengths; interval likewise.",
+    ),
     "sensitivity_per_mm": MeasureKind(
         title="Sensitivity to depth", unit="1/mm", digits=3, better="higher",
         meaning="Loss of grid similarity for each mm of a light touch, from {light_depth_mm:g} to {touch_depth_mm:g} "
@@ -151,6 +166,8 @@ MEASURES: dict[str, MeasureKind] = {
     ),
 }  # fmt: skip
 """All measures by their name in the results."""
+DURABILITY = {"force_at_yield_n": "yield", "force_at_tear_n": "tear", "safe_depth_mm": None}
+"""Measures of what a print bears, and which event each is about; minutes a design, so that a sweep has to name them."""
 
 
 def described(quality: SweepQuality) -> dict[str, MeasureKind]:

@@ -1,9 +1,13 @@
-"""How hard a design is: force and stiffness of presses in the middle of the face, and the durometer.
+"""How hard a design is, and what it bears: presses in the middle of the face, and the durometer.
 
 Each depth is pressed on a lattice of its own, as fine as the contact is small, so that the lightest touch is as well
 resolved as the deepest one; it holds a quarter of the block where the object is its own mirror image.
+
+What fails first is told at the lowest strengths of the design's `limits`: designs share their materials, so that the
+range of a data sheet moves all of them alike and tells none from another (`press --limits` has it).
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,20 +15,23 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation, Displacement
+from magicsim.deform.indentation.bearing import Bearing, press_limits
 from magicsim.deform.indentation.durometer import DurometerResult, durometer
 from magicsim.deform.indentation.press import compile_kernels
 from magicsim.deform.lattice.spot import QUARTERS, central_lattice, displaced_elsewhere, is_mirror_image
 from magicsim.deform.lattice.structure import FINEST_MM, Lattice
 from magicsim.deform.lattice.zone import Zone, contact_zone
 from magicsim.deform.solve.path import ContactSolver
-from magicsim.errors import ConfigError, ConvergenceError
+from magicsim.errors import ConfigError, ConvergenceError, MagicsimError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import node_spacing_mm
 from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.geometry.limits import STRENGTHS
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.sensor import Sensor
-from magicsim.sweep.measures import Measured, SweepQuality
+from magicsim.sweep.measures import DURABILITY, Measured, SweepQuality
+from magicsim.waiting import unheard
 
 FOLLOWED_MM = 0.5
 """Node spacing of the lattice that carries displacements to the meshes: no coarser than their triangles [mm]."""
@@ -156,6 +163,45 @@ def _durometer(design: ElastomerDesign, quality: SweepQuality, spacing_mm: float
         design, spacing_mm=spacing_mm, walls=quality.durometer_walls, step_mm=DUROMETER_STEP_MM,
         force_tolerance_n=DUROMETER_TOLERANCE_N,
     )  # fmt: skip
+
+
+LIMITS_COARSENING = 1.5
+"""Ratio of the spacings that what fails first is compared at."""
+
+
+def durability(design: ElastomerDesign, thing: ObjectConfig, wanted: Collection[str]) -> dict[str, Measured]:
+    """What the wanted ones of `DURABILITY` are, with the change that a coarser lattice makes; one press for all."""
+    events = {event for name, event in DURABILITY.items() if name in wanted and event}
+    lowest = {name: (ends[0],) * 2 for name in STRENGTHS if (ends := getattr(design.limits, name)) is not None}
+    weakest = design.model_copy(update={"limits": design.limits.model_copy(update=lowest)})
+    try:
+        fine, coarse = (
+            press_limits(weakest, thing, until=events, coarsening=coarsening, told=unheard)
+            for coarsening in (1.0, LIMITS_COARSENING)
+        )
+    except MagicsimError as error:
+        return {name: Measured(value=None, note=str(error)) for name in wanted if name in DURABILITY}
+    return {name: _failure(name, fine, coarse) for name in wanted if name in DURABILITY}
+
+
+def _failure(name: str, fine: Bearing, coarse: Bearing) -> Measured:
+    """One measure: a bound where nothing fails in the deepest place that was solved."""
+    event = DURABILITY[name]
+    key = "force_n" if event else "depth_mm"
+    if event and not any(each.event == event for each in fine.onsets):
+        return Measured(value=None, note=f"the design's limits have no strength for {event}")
+    first, other = (each.first(event, 0) if event else each.recommended for each in (fine, coarse))
+    if first is None:
+        deepest = fine.history[-1]
+        value = float(getattr(deepest, key))
+        return Measured(
+            value=value, low=value, note=f"at least: none down to {deepest.depth_mm:.3g} mm; {fine.stopped}"
+        )
+    value = float(getattr(first, key))
+    if other is None:
+        return Measured(value=value, note=f"by {first.by}")
+    half = abs(value - float(getattr(other, key)))
+    return Measured(value=value, low=value - half, high=value + half, note=f"by {first.by}")
 
 
 def _between(value: float, relative_error: float) -> Measured:

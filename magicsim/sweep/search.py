@@ -47,19 +47,6 @@ def pareto_front(costs: Array) -> Mask:
     return result
 
 
-def best_of(results: Sequence[DesignResult], objectives: Sequence[Objective]) -> DesignResult | None:
-    """The design that is best in the first objective, the others deciding between equals; None without a value."""
-    if not objectives:
-        return None
-    costs = costs_of(results, objectives)
-    known = np.flatnonzero(np.isfinite(costs[:, 0]))
-    if not len(known):
-        return None
-    filled = np.where(np.isfinite(costs), costs, np.inf)
-    order = np.lexsort(filled[known].T[::-1])
-    return results[int(known[order[0]])]
-
-
 if TYPE_CHECKING:
     import optuna
 

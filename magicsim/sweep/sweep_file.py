@@ -17,7 +17,7 @@ from magicsim.judge.measures import Better
 from magicsim.sampling.distribution import Distribution, Value, choose
 from magicsim.scenes.rig import Rig, in_room
 from magicsim.scenes.scene import RenderSettings, Seed
-from magicsim.sweep.measures import MEASURES, SweepQuality
+from magicsim.sweep.measures import DURABILITY, MEASURES, SweepQuality
 from magicsim.sweep.result import DesignResult
 
 SHAPES = (
@@ -192,8 +192,10 @@ class SweepConfig(Config):
     swept: Annotated[tuple[SweptField, ...], Field(min_length=1)]
     also: tuple[dict[str, Setting], ...] = ()
     """Further designs: the base with these fields changed."""
-    measures: Annotated[tuple[str, ...], Field(min_length=1)] = tuple(MEASURES)
-    """Which measures are taken, by name."""
+    measures: Annotated[tuple[str, ...], Field(min_length=1)] = tuple(
+        name for name in MEASURES if name not in DURABILITY
+    )
+    """Which measures are taken, by name; those of durability only where they are named."""
     objectives: tuple[Objective, ...] = (Objective(measure="sensitivity_per_n"), Objective(measure="localisation_mm"))
     """What the Pareto front trades; the first one chooses the best design."""
     quality: SweepQuality = SweepQuality()

@@ -173,7 +173,8 @@ COMMANDS: dict[str, list[str]] = {
     "dataset verify": ["dataset", "verify", "set"],
     "dataset export": ["dataset", "export", "set", "--format", "webdataset", "--out", "tars"],
     "sweep": ["sweep", "cell-skin", "--out", "swept", "--workers", "1", *put(
-        "swept=[{field='design.skin_mm',values=[0.5,1.0]}]", "also=[]", "design.lattice.spacing_mm=1.5",
+        "swept=[{field='design.skin_mm',values=[0.5,2.0]}]", "also=[]", "objectives=[{measure='printability'}]",
+        "design.lattice.spacing_mm=1.5",
         "quality={columns=48,rows=64,samples=2,particles=4000,anchor_samples=4,anchor_particles=20000,draws=4,"
         "gaps_mm=[20.0,5.0,1.0],depths_mm=[0.1,0.3,1.0],touches=6,line_spacings_mm=[2.0],dot_spacings_mm=[2.0]}")],
     "export": ["export", "mini-magictac", "--out", "part.glb", *put("footprint_mm=[10,10]")],

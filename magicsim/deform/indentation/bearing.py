@@ -14,7 +14,7 @@ which is measured at 500 mm/min: stretch then decides. Flaws, notches and fatigu
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -131,6 +131,8 @@ def press_limits(
     depth_mm: float | None = None,
     friction: float = 0.0,
     infill_yield_mpa: float | None = None,
+    until: Collection[str] | None = None,
+    coarsening: float = 1.0,
     progress: Progress | None = None,
     told: Told = on_stderr,
 ) -> Bearing:
@@ -142,6 +144,8 @@ def press_limits(
         depth_mm: Deepest place that is tried, from first contact [mm]; 90 % of the height by default.
         friction: Coulomb's coefficient between object and face.
         infill_yield_mpa: Shear stress at which the infill flows [MPa]; the solve is elastic by default.
+        until: Events, `yield` and `tear`, of which one strength each ends the press already; of none, any strength.
+        coarsening: Node spacing in units of the usual one.
         progress: Told after every iteration, see `Progress`.
         told: Hears what takes longer than two seconds; nothing where `progress` does.
 
@@ -164,7 +168,7 @@ def press_limits(
     compile_kernels()
     start = time.perf_counter()
     is_quarter = is_mirror_image(poses[-1]) and not isinstance(design.face, HeightMap)
-    spacing = bearing_spacing_mm(design, zone)
+    spacing = coarsening * bearing_spacing_mm(design, zone)
     lattice = central_lattice(design, zone, spacing_mm=spacing, is_quarter=is_quarter)
     flow = None if infill_yield_mpa is None else FlowLaw.of(design, lattice, infill_yield_mpa)
     spaced = point_spacing_mm(poses[0].shape)
@@ -190,8 +194,12 @@ def press_limits(
                 infill_stress_mpa=min(modulus * shear, infill_yield_mpa or math.inf) if infill is not None else None,
             )
             places.append(place)
-            if all(onset(places, *each).depth_mm is not None for each in strengths):
-                stopped = "every strength is passed"
+            passed = [each for each in strengths if onset(places, *each).depth_mm is not None]
+            events = {event for event, *_ in passed}
+            if len(passed) == len(strengths) or (until is not None and events and events.issuperset(until)):
+                stopped = (
+                    "every strength is passed" if until is None else "the strengths that were asked for are passed"
+                )
                 break
     return Bearing(
         onsets=tuple(onset(places, *each) for each in strengths), history=tuple(places), stopped=stopped,

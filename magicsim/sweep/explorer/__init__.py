@@ -85,13 +85,14 @@ def render_explorer(
     front: Sequence[bool],
     trends: Sequence[TrendCheck],
     failed: Mapping[str, str],
+    verdicts: Mapping[str, str],
 ) -> str:
     """The page."""
     title = f"Design sweep: {len(results)} designs"
     return page_template("explorer.html.jinja", "magicsim.sweep.explorer").render(
         title=title,
         subtitle=" by ".join(f"{field_label(each.field)} ({field_unit(each.field)})" for each in sweep.swept),
-        data=Markup(script_json(explorer_data(sweep, results, front=front))),
+        data=Markup(script_json(explorer_data(sweep, results, front=front, verdicts=verdicts))),
         trends=trends,
         failed=failed,
         measures=described(sweep.quality),
@@ -100,7 +101,9 @@ def render_explorer(
     )
 
 
-def explorer_data(sweep: SweepConfig, results: Sequence[DesignResult], *, front: Sequence[bool]) -> dict[str, Any]:
+def explorer_data(
+    sweep: SweepConfig, results: Sequence[DesignResult], *, front: Sequence[bool], verdicts: Mapping[str, str]
+) -> dict[str, Any]:
     """What the page's script works on."""
     kinds = described(sweep.quality)
     fields = sorted({name for result in results for name in result.values})
@@ -109,7 +112,7 @@ def explorer_data(sweep: SweepConfig, results: Sequence[DesignResult], *, front:
     measured = [name for name in sweep.measures if any(name in result.measures for result in results)]
     return {
         "fields": [{"name": name, "label": field_label(name), "unit": field_unit(name)} for name in order],
-        "measures": [{"name": name} | asdict(kinds[name]) for name in measured],
+        "measures": [{"name": name, "verdict": verdicts.get(name, "")} | asdict(kinds[name]) for name in measured],
         "objectives": [{"measure": each.measure, "better": each.direction} for each in sweep.objectives],
         "designs": [
             _shown(finite(asdict(result))) | {"front": bool(in_front)}

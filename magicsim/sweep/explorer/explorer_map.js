@@ -31,10 +31,11 @@ function chosenDesigns() {
   return ["a", "b"].filter(slot => state[slot] !== null).map(slot => [slot, DATA.designs.find(design => design.index === state[slot])]);
 }
 
+/* Colours span the intervals, so that what noise makes looks alike; where no two designs are told apart there is one colour. */
 function scaleOf(name) {
-  const values = DATA.designs.map(design => measureOf(design, name).value).filter(value => value !== null);
-  const low = Math.min(...values), high = Math.max(...values);
-  return { low, high, at: value => high > low ? (value - low) / (high - low) : 0.5, empty: !values.length };
+  const values = DATA.designs.map(design => measureOf(design, name)).filter(found => found.value !== null).flatMap(({ value, low, high }) => [value, low ?? value, high ?? value]);
+  const low = Math.min(...values), high = Math.max(...values), isFlat = !(high > low) || ["indistinguishable", "saturated"].includes(kindOf(name).verdict);
+  return { low, high, at: value => isFlat ? 0.5 : (value - low) / (high - low), empty: !values.length };
 }
 
 function cell(design, scale, kind, extra = "") {
@@ -77,7 +78,7 @@ function drawMap() {
   const ramp = VIRIDIS.map((_, place) => colorAt(place / (VIRIDIS.length - 1))).join(",");
   byId("scale").replaceChildren(...(scale.empty ? [] : [element("div", { class: "ramp", style: `background:linear-gradient(90deg,${ramp})` }),
     element("div", { class: "ends" }, [shown(scale.low, kind.digits), labelOf(kind), shown(scale.high, kind.digits)].map(text => element("span", {}, text)))]));
-  byId("meaning").textContent = `${kind.meaning} ${kind.better ? `${kind.better === "higher" ? "Higher" : "Lower"} is better. ` : ""}\u25cf: in the Pareto front.`;
+  byId("meaning").textContent = `${kind.verdict && kind.verdict !== "told apart" ? `Designs are ${kind.verdict} here. ` : ""}${kind.meaning} ${kind.better ? `${kind.better === "higher" ? "Higher" : "Lower"} is better. ` : ""}\u25cf: in the Pareto front.`;
 }
 
 /* Designs that are no grid, as points in the plane of two fields. */

@@ -31,7 +31,7 @@ def result_of(task: DesignTask) -> DesignResult:
     cell, skin = values["design.cell_mm"], values["design.skin_mm"]
     told = {
         "shore_a": 25 + 4 * skin, "force_1mm_n": 3 + skin, "sensitivity_per_n": 0.9 - 0.5 * skin + 0.05 * cell,
-        "localisation_mm": 0.2 + 0.2 * cell,
+        "localisation_mm": 0.2 + 0.5 * cell,
     }  # fmt: skip
     measures = {
         name: Measured(value=told.get(name, 1.0), low=told.get(name, 1.0) - 0.1, high=told.get(name, 1.0) + 0.1)

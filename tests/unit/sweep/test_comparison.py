@@ -29,9 +29,12 @@ def test_folder_holds_results_table_pictures_page_and_config(out: Path):
     summary = run_sweep(small_sweep(), out, options=ONE, judge=FAKE)
     assert (summary.designs, summary.failed) == (4, 0)
     assert summary.best == {
-        "design": 2, "values": {"design.cell_mm": 1.2, "design.skin_mm": 0.5}, "measure": "sensitivity_per_n",
-        "value": pytest.approx(0.71), "low": pytest.approx(0.61), "high": pytest.approx(0.81),
+        "design": 0, "values": {"design.cell_mm": 0.8, "design.skin_mm": 0.5}, "measure": "sensitivity_per_n",
+        "value": pytest.approx(0.69), "low": pytest.approx(0.59), "high": pytest.approx(0.79),
     }  # fmt: skip
+    assert summary.leaders == [0]
+    assert summary.verdicts["localisation_mm"] == "told apart"
+    assert summary.verdicts["contact_auc"] == "saturated"
     assert summary.front == [0, 2]
     assert Path(summary.report).read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
     rows = list(csv.DictReader((out / "sweep.csv").read_text(encoding="utf-8").splitlines()))
@@ -94,7 +97,7 @@ def test_other_objectives_need_no_new_work(out: Path):
     sweep = small_sweep("objectives=[{measure='shore_a',better='higher'}]")
     summary = run_sweep(sweep, out, options=ONE, resume=True, judge=FAKE, progress=lambda *told: seen.append(told))
     assert seen == []
-    assert summary.front == [1, 3]
+    assert (summary.front, summary.leaders, summary.best) == ([1, 3], [1, 3], None)
 
 
 @pytest.mark.usefixtures("in_process")

@@ -26,7 +26,12 @@ from sweep.fakes import NOTE, small_sweep
 def page(results: list[DesignResult]) -> str:
     front = [True] * len(results)
     return render_explorer(
-        small_sweep(), results, front=front, trends=check_trends(results), failed={"9": "no <cell> fits"}
+        small_sweep(),
+        results,
+        front=front,
+        trends=check_trends(results),
+        failed={"9": "no <cell> fits"},
+        verdicts={"shore_a": "indistinguishable"},
     )
 
 
@@ -41,6 +46,7 @@ def test_data_in_the_page_is_that_of_the_results(page: str, results: list[Design
     data = json.loads(text)
     assert [each["index"] for each in data["designs"]] == [0, 1, 2, 3, 4]
     assert data["designs"][1]["measures"]["shore_a"]["value"] == results[1].measures["shore_a"].value
+    assert {each["name"]: each["verdict"] for each in data["measures"]}["shore_a"] == "indistinguishable"
     assert [each["name"] for each in data["fields"]] == ["design.cell_mm", "design.skin_mm", "design.core_mm"]
     rows = list(csv.DictReader(data["csv"].splitlines()))
     assert [row["printability_note"] for row in rows] == [NOTE] * 5
@@ -48,7 +54,7 @@ def test_data_in_the_page_is_that_of_the_results(page: str, results: list[Design
 
 def test_meanings_name_what_the_quality_says(results: list[DesignResult]):
     sweep = small_sweep("quality.light_depth_mm=0.2", "quality.touch_depth_mm=0.45", "quality.drift=0.05")
-    page = render_explorer(sweep, results, front=[True] * 5, trends=[], failed={})
+    page = render_explorer(sweep, results, front=[True] * 5, trends=[], failed={}, verdicts={})
     assert "from 0.2 to 0.45 mm, mean over places" in page
     assert "lights 5 % stronger" in page
     assert "{" not in "".join(kind.meaning for kind in described(sweep.quality).values())
@@ -60,7 +66,7 @@ def test_text_cannot_leave_its_script_element():
 
 
 def test_page_of_no_result_says_so():
-    page = render_explorer(small_sweep(), [], front=[], trends=[], failed={"0": "no cell fits"})
+    page = render_explorer(small_sweep(), [], front=[], trends=[], failed={"0": "no cell fits"}, verdicts={})
     assert "No design has a result" in page
 
 
@@ -85,7 +91,7 @@ def test_result_survives_its_json(results: list[DesignResult]):
 
 def test_explorer_keeps_measures_that_some_design_has(results: list[DesignResult]):
     sweep = small_sweep("measures=['shore_a','unknowns']", "objectives=[{measure='unknowns'}]")
-    data = explorer_data(sweep, results, front=[False] * 5)
+    data = explorer_data(sweep, results, front=[False] * 5, verdicts={})
     assert [each["name"] for each in data["measures"]] == ["shore_a", "unknowns"]
 
 
@@ -96,7 +102,7 @@ def test_hostile_notes_captions_and_failures_stay_text(results: list[DesignResul
     first = results[0]
     measures = {key: replace(each, note=name) for key, each in first.measures.items()}
     changed = [replace(first, measures=measures, pictures={name: "data:,"}), *results[1:]]
-    page = render_explorer(small_sweep(), changed, front=[True] * 5, trends=[], failed={"9": name})
+    page = render_explorer(small_sweep(), changed, front=[True] * 5, trends=[], failed={"9": name}, verdicts={})
     assert page.count("<script") == 2
     assert page.count("</script") == 2
     assert not {"\u202e", "\x1b", "\u2028"} & set(page)

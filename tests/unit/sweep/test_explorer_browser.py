@@ -19,7 +19,9 @@ def explorer(page, results: list[DesignResult], tmp_path: Path):
     file = tmp_path / "report.html"
     front = [number in {0, 2} for number in range(len(results))]
     trends = check_trends(results)
-    file.write_text(render_explorer(small_sweep(), results, front=front, trends=trends, failed={}), encoding="utf-8")
+    file.write_text(
+        render_explorer(small_sweep(), results, front=front, trends=trends, failed={}, verdicts={}), encoding="utf-8"
+    )
     page.goto(file.as_uri())
     return page
 

@@ -2,11 +2,13 @@ import numpy as np
 import pytest
 
 from magicsim.config.models import load_preset
+from magicsim.deform.indentation.bearing import Bearing, BearingPlace, onset
 from magicsim.deform.indentation.press import press
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import parse_object
-from magicsim.sweep.mechanics import press_centrally, press_curve, spacing_error
+from magicsim.sweep import mechanics
+from magicsim.sweep.mechanics import durability, press_centrally, press_curve, spacing_error
 from magicsim.sweep.parts import block_of
 from magicsim.sweep.result import printability
 
@@ -69,3 +71,63 @@ def test_broken_limits_are_named():
 def test_block_without_a_grid_has_no_cells_to_judge():
     block = load_preset(ElastomerDesign, "design", "uniform-block", ())
     assert 0 < printability(block_of(block)).value <= 1
+
+
+@pytest.fixture
+def limits_asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, object]]:
+    """What the press that finds limits is asked for; forces are ten times the depths, shear is coarser by a tenth."""
+    asked: list[dict[str, object]] = []
+
+    def press_limits(block: ElastomerDesign, _: object, *, until: object, coarsening: float, told: object) -> Bearing:
+        del told
+        asked.append({"until": until, "limits": block.limits})
+        shear, stretch = 0.01 * (1.1 if coarsening > 1 else 1), 0.5
+        path = tuple(
+            BearingPlace(
+                depth_mm=depth, force_n=10 * depth, skin_stretch=1 + stretch * depth, skin_stress_mpa=0.1 * depth,
+                infill_stress_mpa=shear * depth,
+            )
+            for depth in (1.0, 2.0)
+        )  # fmt: skip
+        strengths = [("yield", "infill_stress_mpa", each) for each in block.limits.infill_yield_mpa or ()]
+        strengths += [("tear", "skin_stretch", 1 + each) for each in block.limits.elongation_at_break or ()]
+        onsets = tuple(onset(path, *each) for each in strengths)
+        return Bearing(onsets=onsets, history=path, stopped="no more", spacing_mm=0.2, skin_layers=2, seconds=0.0)
+
+    monkeypatch.setattr(mechanics, "press_limits", press_limits)
+    return asked
+
+
+def test_what_fails_first_is_told_at_the_lowest_strengths(limits_asked: list[dict[str, object]]):
+    wanted = ["force_at_yield_n", "force_at_tear_n", "safe_depth_mm", "shore_a"]
+    found = durability(design("limits.infill_yield_mpa=[0.005,0.02]"), BALL, wanted)
+    assert list(found) == wanted[:3]
+    assert found["safe_depth_mm"].value == pytest.approx(0.5)
+    yields = found["force_at_yield_n"]
+    half = 5.0 - 5.0 / 1.1
+    assert (yields.value, yields.low, yields.high) == pytest.approx((5.0, 5.0 - half, 5.0 + half))
+    tear = found["force_at_tear_n"]  # a stretch of 3.2 is beyond the last place
+    assert (tear.value, tear.low, tear.high) == (20.0, 20.0, None)
+    assert tear.note == "at least: none down to 2 mm; no more"
+    assert [each["until"] for each in limits_asked] == [{"yield", "tear"}] * 2
+    assert limits_asked[0]["limits"].infill_yield_mpa == (0.005, 0.005)
+
+
+def test_safe_depth_alone_ends_at_the_first_failure(limits_asked: list[dict[str, object]]):
+    assert set(durability(design(), BALL, ["safe_depth_mm"])) == {"safe_depth_mm"}
+    assert limits_asked[0]["until"] == set()
+
+
+@pytest.mark.usefixtures("limits_asked")
+def test_strength_that_a_design_does_not_say_leaves_a_gap_with_its_name():
+    block = design()
+    block = block.model_copy(update={"limits": block.limits.model_copy(update={"infill_yield_mpa": None})})
+    found = durability(block, BALL, ["force_at_yield_n"])["force_at_yield_n"]
+    assert (found.value, found.note) == (None, "the design's limits have no strength for yield")
+
+
+def test_design_without_strengths_is_named_where_durability_is_wanted():
+    block = load_preset(ElastomerDesign, "design", "uniform-block", ())
+    found = durability(block, BALL, ["safe_depth_mm"])["safe_depth_mm"]
+    assert found.value is None
+    assert "the design says no strength: limits needs one of" in found.note

@@ -98,3 +98,12 @@ def test_hash_knows_the_rooms():
 
 def test_a_seed_of_the_command_line_takes_the_place_of_the_files():
     assert load_sweep("cell-skin", seed=5).seed == 5
+
+
+def test_durability_is_measured_only_where_it_is_named():
+    usual = small_sweep().measures
+    assert "force_1mm_n" in usual
+    assert not set(usual) & {"force_at_yield_n", "force_at_tear_n", "safe_depth_mm"}
+    assert (
+        "safe_depth_mm" in small_sweep("measures=['safe_depth_mm']", "objectives=[{measure='safe_depth_mm'}]").measures
+    )
