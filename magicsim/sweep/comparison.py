@@ -104,8 +104,8 @@ class SweepSummary:
     leaders: list[int]
     """Designs that are not clearly behind another one in the first objective, nor of those in the second, and so on."""
     verdicts: dict[str, str]
-    """What each measure says of the designs: `told apart`, `indistinguishable` by their intervals, or all at one bound or
-    value, `saturated`."""
+    """What each measure says of the designs: `told apart`, `indistinguishable` by their intervals, or `saturated`,
+    all at one bound or value."""
     front: list[int]
     """Designs in the Pareto front of all objectives."""
     trends: list[dict[str, Any]]
