@@ -138,14 +138,9 @@ def _chosen(
         suite, existing = existing_footage(on, suite)
         return suite, [[film] for film in existing], []
     from magicsim.evaluation.quick import quick_suite, shipped_films
-    from magicsim.evaluation.take import list_cases
 
     suite, left_out = quick_suite(suite) if quick else (suite, [])
-    if not is_shipped:
-        return suite, None, left_out
-    films = shipped_films(suite)
-    kept = {film.tag.take for take in films for film in take}
-    return suite, films, [f"take {each.name}" for each in list_cases(suite) if each.name not in kept] + left_out
+    return suite, shipped_films(suite) if is_shipped else None, left_out
 
 
 def _end(found: "Evaluation", *, allow_weak: bool) -> None:

@@ -1,6 +1,6 @@
 """A quick evaluation: a fixed part of a suite, which for the suite `small` comes with the program.
 
-What comes with it are the states of ten objects before the camera, eight of each, an untouched one and three under
+What comes with it are the states of twelve objects before the camera, eight of each, an untouched one and three under
 a flashlight. A state is an image of whole grey levels that it differs from the untouched one by, so that noise and
 exposure are the camera's own and every machine sees the same pixels, whatever becomes of the simulator.
 """
