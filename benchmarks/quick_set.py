@@ -3,14 +3,15 @@
     python benchmarks/quick_set.py --cache magicsim-takes
     magicsim evaluate --quick --save-baseline detectors/baselines/quick-calibrated.json
 
-Renders takes that the cache does not hold. Of the story's 34 frames 12 states are kept, which make 26 frames: states
-that stay are seen twice, with other noise. Images have whole grey levels, at the brightness that the camera is exposed
-for; what an object changes by more than 127 of them is clipped, which is told.
+Renders takes of the suite that the cache does not hold. Of the story's 34 frames 12 states are kept, which make 26
+frames: states that stay are seen twice, with other noise. Images have whole grey levels, at the brightness that the
+camera is exposed for; what an object changes by more than 127 of them is clipped, which is told.
 """
 
 import argparse
 import json
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -18,7 +19,7 @@ import numpy as np
 
 from magicsim.config.program import versions
 from magicsim.evaluation.quick import FINER, INDEX, LIGHT, MIDDLE, UNTOUCHED, quick_suite
-from magicsim.evaluation.suite import SHIPPED, SuiteConfig, load_suite
+from magicsim.evaluation.suite import SHIPPED, load_suite
 from magicsim.evaluation.take import Case, Take, cached_take, list_cases
 
 LIT = 3
@@ -38,13 +39,15 @@ def write_png(path: Path, image: np.ndarray) -> None:
     path.write_bytes(min(made, key=len))
 
 
-def short(suite: SuiteConfig) -> SuiteConfig:
-    """The dark takes of a suite with the frames of `STORY` alone."""
-    quick, _ = quick_suite(suite)
-    known = {each.frame: each for each in suite.paths[0].frames}
-    told = [known[max(each for each in known if each <= number)] for number in STORY]
-    frames = tuple(each.model_copy(update={"frame": number}) for number, each in enumerate(told))
-    return quick.model_copy(update={"paths": (suite.paths[0].model_copy(update={"frames": frames}),)})
+def short(take: Take) -> Take:
+    """A dark take with its references and the frames of `STORY` alone."""
+    first = int(take.is_reference.sum())
+    frames = np.r_[:first, first + np.array(STORY)]
+    states, shown = np.unique(take.state[frames], return_inverse=True)
+    return replace(
+        take, radiance=take.radiance[states], state=shown.astype(np.int32), is_reference=take.is_reference[frames],
+        gap_mm=take.gap_mm[frames], force_n=take.force_n[frames], flashlight=take.flashlight[frames],
+    )  # fmt: skip
 
 
 def changes(take: Take, grey: float, states: slice, kind: str) -> np.ndarray:
@@ -83,8 +86,8 @@ def main() -> None:
     parser.add_argument("--cache", type=Path, required=True)
     parser.add_argument("--out", type=Path, default=Path("detectors/quick"))
     given = parser.parse_args()
-    cases = list_cases(short(load_suite(SHIPPED)))
-    size = pack(((case, cached_take(case.scene, given.cache)) for case in cases), given.out)
+    cases = list_cases(quick_suite(load_suite(SHIPPED))[0])
+    size = pack(((case, short(cached_take(case.scene, given.cache))) for case in cases), given.out)
     print(f"{len(cases)} takes, {size} bytes")
     assert size <= MOST_BYTES
 
