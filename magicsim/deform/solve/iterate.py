@@ -85,6 +85,8 @@ Progress = Callable[[int, int, str], None]
 class Effort:
     """Cost of a solve so far."""
 
+    most: int
+    """Iterations after which no further load step is begun."""
     iterations: int = 0
     shifted: int = 0
     """Iterations whose matrix was not positive definite before a multiple of the spring Laplacian was added."""

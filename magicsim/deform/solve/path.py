@@ -133,6 +133,7 @@ class ContactSolver:
         *,
         dt_s: float = math.inf,
         progress: Progress | None = None,
+        most: int | None = None,
     ) -> Deformation:
         """Equilibrium with the object in a pose, reached from a previous one or from first contact.
 
@@ -141,6 +142,7 @@ class ContactSolver:
             previous: Where the path stands; None starts from rest.
             dt_s: Time since then, for a lattice with branches [s].
             progress: Told the share of the way after every iteration, see `Progress`.
+            most: Iterations of one load step, after which no further one is begun; the solver's own by default.
 
         Returns:
             A valid deformation; the rest state, without a solve, when no point of the undeformed face lies inside the
@@ -159,7 +161,9 @@ class ContactSolver:
         elif (buried := burial_fault(self.lattice, indenter)) is not None:
             raise ConvergenceError(buried)
         start = previous if previous is not None and previous.pose is not None else self._rest
-        problem, effort = self._timed(start, dt_s), Effort(progress=progress)
+        problem, effort = self._timed(start, dt_s), Effort(progress=progress, most=most or self.max_iterations)
+        if most is not None:
+            problem = replace(problem, options=replace(problem.options, max_iterations=most))
         if self._yielding is not None:
             return self._flow_along(self._yielding, indenter, start, effort)
         state = self._follow_path(problem, indenter, start, effort)
@@ -260,9 +264,9 @@ class ContactSolver:
         strides = Strides(usual=1.0 / count)
         before_cutbacks = effort.cutbacks
         while strides.done < 1 and not strides.gave_up:
-            if effort.iterations >= self.max_iterations:
+            if effort.iterations >= effort.most:
                 depths = [max(0.0, replace(indenter, pose=each).top_mm()) for each in (pose, indenter.pose)]
-                raise ConvergenceError(report_bound(problem, effort, self.max_iterations, *depths))
+                raise ConvergenceError(report_bound(problem, effort, effort.most, *depths))
             target, effort.share = strides.target, strides.done
             next_pose = indenter.pose if target == 1 else pose_between(first, indenter.pose, target)
             moved, before = (replace(indenter, pose=each) for each in (next_pose, pose))

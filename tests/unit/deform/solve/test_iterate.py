@@ -37,7 +37,7 @@ def test_lift_is_the_share_of_pressures_that_push_back(pressure_mpa: tuple[Any, 
 
 
 def test_report_has_the_share_beside_the_least_one() -> None:
-    effort = Effort(cutbacks=3, restarts=2, last=ended((0.1, 0, 0.0005), (-0.05, 0, 0)))
+    effort = Effort(most=800, cutbacks=3, restarts=2, last=ended((0.1, 0, 0.0005), (-0.05, 0, 0)))
     told = report_passage(problem(), effort)
     assert told.startswith("the object passed through the contact face: 0.0025 of the pressures")
     assert f"(above {LEAST_LIFT:g}) after 0 iterations, 3 halved steps and 2 restarts" in told
