@@ -1,6 +1,6 @@
 """What of a frame tells whether the object touches, although it must not: how the light was computed.
 
-    python benchmarks/contact_tell.py --out docs/benchmarks/contact-tell.json [--cases 24] [--seed 1]
+    python benchmarks/contact_tell.py --out docs/benchmarks/contact-tell.json [--cases 24] [--seed 1] [--tier fast]
 
 Pairs of states 0.002 to 0.05 mm before and after contact are filmed with several objects, places, seeds, designs and
 lights, by a camera without noise, with the flashlight off and on; so are a sensor with an object too far to be seen
@@ -11,7 +11,8 @@ what the two frames differ by is judged, 0.3 to 2 mm deep against just before co
 not know: features of blocks of the image that lie 8 mm and more from the contact, where nothing physical changes
 (residual noise, high-pass statistics, noise levels of blocks, sums of channels), and the size of the frame's PNG. Each
 is trained on some cases and judged on others (grouped cross-validation); the area under its curve is 0.5 where nothing
-is told. Intervals are a bootstrap over cases.
+is told. Intervals are a bootstrap over cases. With `--tier fast` the frames are the fast tier's, of the design and
+lights that its model knows, and classifiers also tell fast frames from true ones, behind the camera as it is.
 """
 
 import argparse
@@ -58,10 +59,12 @@ PLACES = ((-6.0, -9.0), (6.0, 9.0), (-5.0, 8.0), (5.0, -8.0), (0.0, -10.0), (0.0
 DESIGNS = ((), ("design.cell_mm=1.0",), ("design.skin_mm=0.6",))
 DIMMED = (1.0, 0.4)
 """Strength of the first LED strip."""
+FAST = "render.tier=fast"
 DIM = 1e-6
 """Radiance of a flashlight that changes a few of a frame's pixels by a grey level, less than any other motion does."""
 CLEAN = ("rig.camera.read_noise_e=0", "rig.camera.full_well_e=1e9", "references=1")
 """The camera's own noise must not be what hides a step."""
+NOISY = tuple(f"rig.camera.{name}={Camera.model_fields[name].default}" for name in ("read_noise_e", "full_well_e"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,11 +110,11 @@ class Filmed:
             sensor=sensor, exposure=exposure, rest=expose(untouched, exposure, sensor.rig.camera, seed=0, frame=0)
         )
 
-    def frame(self, state: FrameState) -> Frame:
-        """Solved where it touches, rendered and exposed."""
+    def frame(self, state: FrameState, *, seed: int = 0) -> Frame:
+        """Solved where it touches, rendered and exposed with the noise of a seed."""
         deformation = self.sensor.deform(state, self.sensor.rest) if state.can_touch else self.sensor.rest
         radiance = self.sensor.radiance(state, deformation)
-        return expose(radiance, self.exposure, self.sensor.rig.camera, seed=0, frame=0)
+        return expose(radiance, self.exposure, self.sensor.rig.camera, seed=seed, frame=0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -136,9 +139,13 @@ def drawn(case: int, seed: int, settings: Sequence[str], block_px: int, *, deepe
     chance = random.Random(1000 * seed + case)
     x_mm, y_mm = chance.choice(PLACES)
     deepest = f"keyframes=[{{frame=0,gap_mm=-{deepest_mm},x_mm={x_mm},y_mm={y_mm}}}]"
-    scene = load_scene("pressed", [*CLEAN, *settings, *chance.choice(DESIGNS), deepest], seed=100 * seed + case)
+    design, share = (), 1.0  # what the model of the fast tier knows
+    if FAST not in settings:
+        design = chance.choice(DESIGNS)
+    scene = load_scene("pressed", [*CLEAN, *settings, *design, deepest], seed=100 * seed + case)
     first, *others = scene.rig.strips
-    share = chance.choice(DIMMED)
+    if FAST not in settings:
+        share = chance.choice(DIMMED)
     dimmed = first.model_copy(update={"radiance": tuple(share * each for each in first.radiance)})
     rig = scene.rig.model_copy(update={"strips": (dimmed, *others)})
     sensor = Sensor.for_scene(scene.model_copy(update={"rig": rig, "object": parse_object(chance.choice(OBJECTS))}))
@@ -197,6 +204,22 @@ def film_twice(
         question = f"difference of two seeds, just before contact or {depth_mm} mm deep"
         for shown in [*near, taken(-depth_mm), taken(-1.03 * depth_mm)]:
             yield question, shown
+
+
+def film_tiers(case: int, seed: int, block_px: int = BLOCK_PX) -> Iterator[tuple[str, Taken]]:
+    """Frames of one case by the fast tier and by the true one, with the camera's own noise; see `film`."""
+    each = drawn(case, seed, (FAST, *NOISY), block_px, deepest_mm=1.03 * DEEP_MM[-1])
+    settings = each.sensor.settings.model_copy(update={"tier": "true"})
+    true = Sensor(
+        each.sensor.design, each.sensor.rig, each.sensor.object, render=settings, states=each.sensor.states,
+        seed=each.sensor.seed,
+    )  # fmt: skip
+    tiers = (Filmed.by(true), Filmed.by(each.sensor))
+    for number, gap_mm in enumerate((GAPS_MM[-1], *(-depth_mm for depth_mm in DEEP_MM))):
+        for label, filmed in enumerate(tiers):
+            frame = filmed.frame(each.state(gap_mm), seed=2 * number + label + 1)
+            taken = Taken(case=case, label=bool(label), frame=frame, rest=tiers[0].rest, far=each.far)
+            yield f"tier, {gap_mm} mm away", taken
 
 
 def _far_blocks(camera: Camera, x_mm: float, y_mm: float, block_px: int) -> list[tuple[slice, slice]]:
@@ -268,10 +291,13 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--cases", type=int, default=24)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--tier", choices=("true", "fast"), default="true")
     chosen = parser.parse_args()
     frames: dict[str, list[Shown]] = {}
+    settings = (FAST,) if chosen.tier == "fast" else ()
     for case in range(chosen.cases):
-        for question, taken in [*film(case, chosen.seed), *film_twice(case, chosen.seed)]:
+        shown = [*film(case, chosen.seed, settings), *film_twice(case, chosen.seed, settings)]
+        for question, taken in shown + (list(film_tiers(case, chosen.seed)) if settings else []):
             frames.setdefault(question, []).append(Shown.of(taken))
         print(json.dumps({"case": case, "frames": sum(map(len, frames.values()))}), flush=True)
     chance = np.random.default_rng(chosen.seed)
@@ -282,8 +308,11 @@ def main() -> None:
     ]
     for row in rows:
         print(json.dumps(row))
-    settings = {"cases": chosen.cases, "seed": chosen.seed, "gaps_mm": GAPS_MM, "deep_mm": DEEP_MM, "far_mm": FAR_MM}
-    chosen.out.write_text(json.dumps({"settings": settings, "results": rows}, indent=1) + "\n")
+    about = {
+        "cases": chosen.cases, "seed": chosen.seed, "tier": chosen.tier, "gaps_mm": GAPS_MM, "deep_mm": DEEP_MM,
+        "far_mm": FAR_MM,
+    }  # fmt: skip
+    chosen.out.write_text(json.dumps({"settings": about, "results": rows}, indent=1) + "\n")
     # Every frame's features, to look into, beside it.
     raw = [asdict(shown) | {"question": question} for question, each in frames.items() for shown in each]
     chosen.out.with_suffix(".frames.jsonl").write_text("".join(json.dumps(each, default=bool) + "\n" for each in raw))

@@ -160,6 +160,8 @@ def _announce(out: Path, workers: int) -> "Callable[[Cost], None]":
         sys.stderr.write(
             f"most is {longest.name} ({longest.core_seconds / found.core_seconds:.0%}); shorter by {longest.cut}\n"
         )
+        if found.savings:
+            sys.stderr.write(f"{'; '.join(found.savings)}\n")
         if found.view:
             sys.stderr.write(f"{found.view}\n")
         if found.bytes > free:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,8 @@ CAMERA_S, PARTICLE_S, SOLVE_S, MOVE_S, EPISODE_S, START_S = 2.2e-6, 7e-6, 1.0, 0
 start with its compilation; of the default design on one x86-64 core."""
 LOOK_S, RECORD_S = 3e-6, 4e-6
 """Core seconds of a pixel that is seen by recorded paths, and of a camera sample that is recorded."""
+FAST_S = 0.8
+"""Core seconds of a touched or near frame in the fast tier: what a glossy object mirrors is most of them."""
 FORCE_SOLVES, WRITE_S = 4, 0.004
 """Equilibria on the way to a force, and core seconds of a row that is encoded and written."""
 COVERED = 0.93
@@ -28,6 +30,14 @@ TAXEL_SHARE = 0.3
 """Bytes of compressed fields of touch over those in memory: most taxels touch nothing."""
 IMAGE_BYTES, MASK_BYTES, DEPTH_BYTES, NODE_BYTES, ROW_BYTES = 2.0, 0.02, 1.0, 6.0, 3000
 """A pixel of a frame, of a mask, of a depth map in contact, a lattice node in contact, the rest of a row."""
+CHOICES = (
+    ("labels.displacements=false", "output", "displacements", False),
+    ("labels.depth_map=false", "output", "depth_map", False),
+    ("--tier fast", "render", "tier", "fast"),
+)
+"""What a recipe can do without, and the part and field of its scenes that this changes."""
+WORTH = 0.02
+"""Least share of the time or of the bytes that is told."""
 LOOKED_AT, COUNTED = 64, 256
 """Most episodes that are planned, and of which the frames are counted; the rest is taken to be like them."""
 
@@ -55,6 +65,8 @@ class Cost:
     """Episodes that are finished already, and all."""
     view: str = ""
     """How much of the face the picture covers, and what share of touches it leaves out; empty where it covers all."""
+    savings: tuple[str, ...] = ()
+    """What each choice saves."""
 
     @property
     def core_seconds(self) -> float:
@@ -84,7 +96,7 @@ def estimate(
         recipe: What they were drawn from.
         episodes: All of them.
         chosen: Numbers of those to be simulated, in order; all by default.
-        processes: How many share the work; each renders every sensor's untouched state once.
+        processes: How many share the work; with fewer sensors than these, each makes the same untouched state.
     """
     numbers = np.arange(len(episodes)) if chosen is None else chosen
     planned, counted = _some(numbers, LOOKED_AT), _some(numbers, COUNTED)
@@ -95,7 +107,7 @@ def estimate(
     if len(counted) < len(numbers):
         sensors = min(len(numbers), int(sensor_of(recipe, int(numbers[-1] - numbers[0]))) + 1)
     units = differing_units(recipe, sensors)
-    anchors = min(processes * units, len(numbers))
+    anchors = min(max(processes, units), len(numbers))
     frames = round(sum(recipe.references + episodes[each].scene.frame_count for each in counted)
                    * len(numbers) / max(1, len(counted)))  # fmt: skip
     shows: dict[str, float] = {}
@@ -118,7 +130,23 @@ def estimate(
     view = _view(recipe, [episodes[each] for each in counted])
     size = round(scale * sum(cost[1] for cost in costs))
     kept = (len(episodes) - len(numbers), len(episodes))
-    return Cost(frames=frames, phases=tuple(phases), bytes=size, kept=kept, view=view)
+    whole = Cost(frames=frames, phases=tuple(phases), bytes=size, kept=kept, view=view)
+    saved = _savings([each.scene for each in looked_at], scale, (whole.core_seconds, size))
+    return replace(whole, savings=saved)
+
+
+def _savings(scenes: Sequence[SceneConfig], share: float, whole: tuple[float, float]) -> tuple[str, ...]:
+    """What each choice that a recipe has not made saves of time and bytes, by some of its scenes, roughly."""
+    told = []
+    for name, part, field, value in CHOICES:
+        less = np.zeros(2)
+        for scene in scenes:
+            changed = getattr(scene, part).model_copy(update={field: value})
+            less += np.subtract(episode_cost(scene), episode_cost(scene.model_copy(update={part: changed})))
+        saved = zip(share * less / np.maximum(whole, 1e-9), ("the time", "the bytes"), strict=True)
+        if words := " and ".join(f"{each:.0%} of {what}" for each, what in saved if each >= WORTH):
+            told.append(f"{name} saves {words}")
+    return tuple(told)
 
 
 def _view(recipe: Recipe, episodes: Sequence[DrawnEpisode]) -> str:
@@ -182,8 +210,12 @@ def episode_cost(scene: SceneConfig, *, by_force: bool = False) -> tuple[float, 
     rendered = [frame for frame in plan.frames if frame.same_as is None]
     solved, anchored = sum(frame.solve for frame in plan.frames), render.anchor_samples > 0
     traced = 1 + sum(frame.solve or not anchored for frame in rendered)
+    if render.tier == "fast":
+        pictures = FAST_S * sum(frame.state.gap_mm is not None for frame in rendered)
+    else:
+        pictures = traced * (MOVE_S + pixels * render.samples * CAMERA_S + render.particles * PARTICLE_S)
     seconds = EPISODE_S + (solved + FORCE_SOLVES * by_force) * SOLVE_S + anchored * len(rendered) * pixels * LOOK_S
-    seconds += traced * (MOVE_S + pixels * render.samples * CAMERA_S + render.particles * PARTICLE_S)
+    seconds += pictures
     frames = scene.references + scene.frame_count
     pressed = sum(frame.state.gap_mm is not None and frame.state.gap_mm < 0 for frame in plan.frames)
     size = frames * (ROW_BYTES + pixels * (IMAGE_BYTES + MASK_BYTES * scene.output.contact_mask))
