@@ -5,6 +5,8 @@ import pytest
 
 from magicsim.camera.exposure import meter
 from magicsim.config.presets import preset_root
+from magicsim.dataset.recipes.draw import draw_sensors
+from magicsim.dataset.recipes.recipe import load_recipe
 from magicsim.emulator.emulator import EMULATED
 from magicsim.emulator.model import ALL, MODELS, find_model
 from magicsim.scenes.scene import load_scene
@@ -30,6 +32,13 @@ def test_a_model_is_found_for_its_design_and_says_how_far_off_it_is(path):
     (whole,) = (row for row in model.facts.errors if row.states == ALL)
     assert whole.error < 0.75 * whole.change
     assert whole.touches >= 30
+
+
+@pytest.mark.parametrize("name", ["default", "touches"])
+def test_units_of_the_recipes_that_come_with_the_program_are_known(name):
+    recipe = load_recipe(name, ["episodes=20", "episodes_per_sensor=1"])
+    reasons = [find_model(None, each.design, each.rig)[1] for each in draw_sensors(recipe, 20)]
+    assert reasons == [""] * 20
 
 
 @pytest.mark.slow
