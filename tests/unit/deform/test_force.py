@@ -1,6 +1,7 @@
 import pytest
 
 from magicsim import load_design, load_object, press
+from magicsim.deform.indentation import force
 from magicsim.deform.indentation.force import FORCE_SHARE, MOST_SOLVES, find_depth, press_to_force
 
 
@@ -28,7 +29,9 @@ def test_force_that_jumps_past_what_is_asked_ends_below_the_jump():
     assert found.depth_mm < 1
 
 
-def test_press_ends_at_the_force_that_a_press_to_its_depth_has():
+@pytest.mark.parametrize("hasty", [force.HASTY, 1])
+def test_press_ends_at_the_force_that_a_press_to_its_depth_has(hasty: int, monkeypatch):
+    monkeypatch.setattr(force, "HASTY", hasty)  # 1: no place is reached from the one before, all are begun from rest
     design = load_design("uniform-block", ["footprint_mm=[12,12]", "lattice.spacing_mm=1.5", "limits.force_n=1"])
     ball = load_object("sphere:radius_mm=3")
     found = press_to_force(design, ball, 0.8, deepest_mm=2.0)
