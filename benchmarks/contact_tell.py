@@ -65,6 +65,7 @@ DIM = 1e-6
 CLEAN = ("rig.camera.read_noise_e=0", "rig.camera.full_well_e=1e9", "references=1")
 """The camera's own noise must not be what hides a step."""
 NOISY = tuple(f"rig.camera.{name}={Camera.model_fields[name].default}" for name in ("read_noise_e", "full_well_e"))
+"""That noise, where tiers are told apart."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,13 +140,11 @@ def drawn(case: int, seed: int, settings: Sequence[str], block_px: int, *, deepe
     chance = random.Random(1000 * seed + case)
     x_mm, y_mm = chance.choice(PLACES)
     deepest = f"keyframes=[{{frame=0,gap_mm=-{deepest_mm},x_mm={x_mm},y_mm={y_mm}}}]"
-    design, share = (), 1.0  # what the model of the fast tier knows
-    if FAST not in settings:
-        design = chance.choice(DESIGNS)
+    design, share = chance.choice(DESIGNS), chance.choice(DIMMED)
+    if FAST in settings:
+        design, share = (), 1.0  # what its model knows
     scene = load_scene("pressed", [*CLEAN, *settings, *design, deepest], seed=100 * seed + case)
     first, *others = scene.rig.strips
-    if FAST not in settings:
-        share = chance.choice(DIMMED)
     dimmed = first.model_copy(update={"radiance": tuple(share * each for each in first.radiance)})
     rig = scene.rig.model_copy(update={"strips": (dimmed, *others)})
     sensor = Sensor.for_scene(scene.model_copy(update={"rig": rig, "object": parse_object(chance.choice(OBJECTS))}))
@@ -219,7 +218,7 @@ def film_tiers(case: int, seed: int, block_px: int = BLOCK_PX) -> Iterator[tuple
         for label, filmed in enumerate(tiers):
             frame = filmed.frame(each.state(gap_mm), seed=2 * number + label + 1)
             taken = Taken(case=case, label=bool(label), frame=frame, rest=tiers[0].rest, far=each.far)
-            yield f"tier, {gap_mm} mm away", taken
+            yield f"fast or true, {gap_mm} mm away (negative: pressed)", taken
 
 
 def _far_blocks(camera: Camera, x_mm: float, y_mm: float, block_px: int) -> list[tuple[slice, slice]]:

@@ -21,7 +21,7 @@ start with its compilation; of the default design on one x86-64 core."""
 LOOK_S, RECORD_S = 3e-6, 4e-6
 """Core seconds of a pixel that is seen by recorded paths, and of a camera sample that is recorded."""
 FAST_S = 0.8
-"""Core seconds of a touched or near frame in the fast tier: what a glossy object mirrors is most of them."""
+"""Core seconds of a touch in the fast tier: 0.35 if matt (`frame_error.py --tiers fast`), about as much for gloss."""
 FORCE_SOLVES, WRITE_S = 4, 0.004
 """Equilibria on the way to a force, and core seconds of a row that is encoded and written."""
 COVERED = 0.93
@@ -131,19 +131,22 @@ def estimate(
     size = round(scale * sum(cost[1] for cost in costs))
     kept = (len(episodes) - len(numbers), len(episodes))
     whole = Cost(frames=frames, phases=tuple(phases), bytes=size, kept=kept, view=view)
-    saved = _savings([each.scene for each in looked_at], scale, (whole.core_seconds, size))
-    return replace(whole, savings=saved)
+    return replace(whole, savings=_savings(looked_at, costs, scale, (whole.core_seconds, size)))
 
 
-def _savings(scenes: Sequence[SceneConfig], share: float, whole: tuple[float, float]) -> tuple[str, ...]:
-    """What each choice that a recipe has not made saves of time and bytes, by some of its scenes, roughly."""
+def _savings(
+    episodes: Sequence[DrawnEpisode], costs: Sequence[tuple[float, float]], scale: float, whole: tuple[float, float]
+) -> tuple[str, ...]:
+    """What each choice that a recipe has not made saves of time and bytes, by some of its episodes and their costs."""
     told = []
     for name, part, field, value in CHOICES:
         less = np.zeros(2)
-        for scene in scenes:
-            changed = getattr(scene, part).model_copy(update={field: value})
-            less += np.subtract(episode_cost(scene), episode_cost(scene.model_copy(update={part: changed})))
-        saved = zip(share * less / np.maximum(whole, 1e-9), ("the time", "the bytes"), strict=True)
+        for each, cost in zip(episodes, costs, strict=True):
+            settings = getattr(each.scene, part)
+            if getattr(settings, field) != value:
+                other = each.scene.model_copy(update={part: settings.model_copy(update={field: value})})
+                less += np.subtract(cost, episode_cost(other, by_force=each.force_n is not None))
+        saved = zip(scale * less / np.maximum(whole, 1e-9), ("the time", "the bytes"), strict=True)
         if words := " and ".join(f"{each:.0%} of {what}" for each, what in saved if each >= WORTH):
             told.append(f"{name} saves {words}")
     return tuple(told)
