@@ -25,7 +25,7 @@ from magicsim.light.near.near_transport import NearTransport, PortLight
 from magicsim.light.plain_renderer import PlainRenderer, checked
 from magicsim.light.reach import is_out_of_reach
 from magicsim.light.records.untouched import RECORDED_PARTS, Untouched, untouched_key
-from magicsim.light.records.untouched_store import UntouchedStates, default_store
+from magicsim.light.records.untouched_store import Made, UntouchedStates, default_store
 from magicsim.light.transport.light_field import LightField
 from magicsim.light.transport.light_starts import ROOM_PART
 from magicsim.light.transport.lit_world import LitWorld
@@ -172,15 +172,19 @@ class Renderer(PlainRenderer):
         self._check_room(shown, placed)
         if self._near is None:
             world, anchor = self.light(View()), self.anchor()
-            key = untouched_key(self.elastomer.design, self.rig, self.settings)
-            light = self._untouched.made(key, lambda: PortLight.of(world, anchor))
+            light = self.of_sensor("ports", lambda: PortLight.of(world, anchor))
             transport = NearTransport(world=world, rest=anchor, light=light)
             self._near = transport, NearObject.of(self.object_mesh, self.object_finish)
         transport, target = self._near
         target.place(indenter.pose)
         pixels = window.numbers(self._film.columns, self._film.rows)
-        image = transport.image(target, pixels, samples=self.settings.samples, seed=self.seed)
+        image = transport.image(target, pixels, seed=self.seed)
         return self._film.seen(checked(image.reshape(window.rows, window.columns, 3).astype(np.float32)))
+
+    def of_sensor(self, kind: str, make: Callable[[], Made]) -> Made:
+        """What all episodes of this sensor share, made by the first that asks."""
+        key = untouched_key(self.elastomer.design, self.rig, self.settings)
+        return self._untouched.made(kind, f"{key} {self.rig.camera.region_px}", make)
 
     @plain_errors()
     def metered(self) -> FloatImage:

@@ -369,5 +369,6 @@ def room_radiance(sensor: Sensor, untouched: FloatImage) -> FloatImage | None:
         return None
     if not any(max(radiance) for radiance in rig.lamps):
         return untouched
-    dark = sensor.with_rig(rig.model_copy(update={"ambient": (0.0, 0.0, 0.0)}))
-    return np.asarray(np.maximum(untouched - dark.renderer.radiance(View()), 0), np.float32)
+    dark = rig.model_copy(update={"ambient": (0.0, 0.0, 0.0)})
+    own = sensor.renderer.of_sensor("own light", lambda: sensor.with_rig(dark).renderer.radiance(View()))
+    return np.asarray(np.maximum(untouched - own, 0), np.float32)

@@ -116,7 +116,7 @@ def press_to_force(
         placed=lambda depth: place_object(object_config, gap_mm=-depth, x_mm=x_mm, y_mm=y_mm, design=design),
     )  # fmt: skip
     plain = design.lattice.model_copy(update={"cells_across": 0, "edge_nodes": 0})
-    rough = replace(path, design=design.model_copy(update={"lattice": plain}), lasts=math.inf, made_for_mm=deepest_mm)
+    rough = replace(path, design=design.model_copy(update={"lattice": plain}), lasts=math.inf, made_for_mm=deepest_mm, friction=0.0)
     way = find_depth(rough.force_n, force_n, deepest_mm=deepest_mm, error=WAY_SHARE)
     begin = deepest_mm
     if way.force_n > 0:

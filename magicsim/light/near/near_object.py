@@ -1,18 +1,20 @@
 """An object before the untouched block in a scene of its own, moved as a whole: no search tree is built anew."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
 
-from magicsim.arrays import Array, Index, Mask
+from magicsim.arrays import Array, Index, Mask, Numbers
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
-from magicsim.light.backend import dr, mi
+from magicsim.light.backend import aligned, dr, mi
 from magicsim.light.near.ports import Ports
+from magicsim.light.records.recorded_paths import RecordedPaths, escaped, mirror_samples
 from magicsim.light.transport.path_starts import ObjectRays, object_rays
 from magicsim.light.world.finish import Finish
-from magicsim.light.world.irradiance import SMOOTHING_MM, IrradianceKernel, blended, irradiance_kernel
+from magicsim.light.world.irradiance import IrradianceKernel, blended_kernel
+from magicsim.light.world.medium import leave
 from magicsim.light.world.names import OBJECT, PLACE
 from magicsim.light.world.room_light import missed
 from magicsim.light.world.scene_dict import in_group, mesh_shape
@@ -33,9 +35,8 @@ class NearObject:
     """Shape of the object."""
     joined: Any = None
     """A scene that holds the block as well: none, see `Outside`."""
-    kernels: dict[int, IrradianceKernel] = field(default_factory=dict)
     kept: tuple[Array, IrradianceKernel] | None = None
-    """The last blend of these, and what it was made for."""
+    """Heights of triangles, and the kernel of its irradiance where they are as far below its top."""
     placed: SurfaceMesh | None = None
     """Surface of the object in the sensor's frame."""
 
@@ -89,18 +90,40 @@ class NearObject:
             areas_mm2=areas, kernel=self._blended(self.placed),
         )  # fmt: skip
 
+    def mirrored(
+        self, block: Any, room: Any, ports: Ports, shining: Array, irradiance: Array, paths: RecordedPaths,
+        pixels: Numbers, *, seed: int,
+    ) -> Array:  # fmt: skip
+        """Radiance that some pixels get by way of the object's mirror, shape (pixels, 3).
+
+        Args:
+            block: The sensor's scene, with nothing before it.
+            room: What shines from all around, or None.
+            ports: Of the light that leaves the face.
+            shining: Radiance of these, shape (ports, 3).
+            irradiance: Of the object, shape (triangles, 3).
+            paths: Of the pixels; each of their rays is mirrored once.
+            pixels: Numbers of the pixels, row by row of the film.
+            seed: Of the mirror's facets.
+        """
+        if not len(paths.owner):
+            return np.zeros((len(pixels), 3))
+        out, lit = (mi.Float(aligned(each, np.float32).ravel()) for each in (shining, irradiance))
+        numbers = mi.UInt32(aligned(pixels, np.uint32))
+        begin, end = (dr.gather(mi.UInt32, paths.first, numbers + step) for step in (0, 1))
+        met = _mirrored(
+            self.scene, block, room, mi.ShapePtr(self.object), self.finish, ports.met, out, lit, paths.rays, begin, end,
+            dr.opaque(mi.UInt64, seed),
+        )  # fmt: skip
+        return np.array(met, np.float64).T
+
     def _blended(self, placed: SurfaceMesh) -> IrradianceKernel:
         """Kernel that is the wider the further a triangle is below the object's top."""
         heights = placed.vertices[:, 2]
         below_mm = np.round(heights.max() - heights[placed.faces].mean(1), DIGITS)
         if self.kept is None or not np.array_equal(self.kept[0], below_mm):
-            self.kept = below_mm, blended(self._kernel, below_mm)
+            self.kept = below_mm, blended_kernel(self.mesh, below_mm)
         return self.kept[1]
-
-    def _kernel(self, doublings: int) -> IrradianceKernel:
-        if doublings not in self.kernels:
-            self.kernels[doublings] = irradiance_kernel(self.mesh, SMOOTHING_MM * 2**doublings)
-        return self.kernels[doublings]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,3 +185,31 @@ def _met(scene: Any, shape: Any, block: Any, room: Any, finish: Finish, ports: P
         np.array(number), np.array(triangle), np.array(share, np.float64).T, np.array(behind, np.float64).T,
         np.array(free),
     )  # fmt: skip
+
+
+@dr.syntax  # type: ignore[untyped-decorator]
+def _mirrored(
+    scene: Any, block: Any, room: Any, shape: Any, finish: Finish, port: Any, out: Any, lit: Any, rays: Any, begin: Any,
+    end: Any, seed: Any,
+) -> Any:  # fmt: skip
+    """Sum over each pixel's rays of what the object mirrors along them: ports, the room, and the object itself."""
+    number, radiance = mi.UInt32(begin), mi.Color3f(0.0)
+    while number < end:
+        ray, weight = escaped(rays, number)
+        si = scene.ray_intersect(ray)
+        on_object = si.is_valid() & (si.shape == shape)
+        direction, share = finish.mirror(si, mirror_samples(number, seed)[0])
+        back = leave(si, si.to_world(direction))
+        again = scene.ray_intersect(back, on_object)
+        itself = again.is_valid() & (again.shape == shape)
+        place, found = port(back)
+        inward, free = on_object & found & ~itself, on_object & ~found & ~itself
+        met = mi.Color3f(*[dr.gather(mi.Float, out, 3 * place + channel, inward) for channel in range(3)])
+        flux = mi.Color3f(*[dr.gather(mi.Float, lit, 3 * again.prim_index + channel, itself) for channel in range(3)])
+        met += dr.select(itself, flux * finish.diffuse(again, itself), 0)
+        if room is not None:
+            free &= ~block.ray_intersect_preliminary(back, False, free).is_valid()
+            met += dr.select(free, room.eval(missed(back), free), 0)
+        radiance += dr.select(on_object, weight * share * met, 0)
+        number += 1
+    return radiance

@@ -2,8 +2,9 @@
 
 Rendering is linear in light. What an object changes of the light that comes in through the face (its own in place of
 the room's) is summed up over ports; a matrix says what that makes of the light in each cell, and a row for each pixel
-what the pixel sees of it. A few of each pixel's recorded rays look at the object itself. Light that leaves the block
-reaches the object out of ports as well, and what the object sends back changes those in turn.
+what the pixel sees of it. A few of each pixel's recorded rays look at the object itself, and what it mirrors of them
+meets ports again. Light that leaves the block reaches the object out of ports as well, and what the object sends back
+changes those in turn.
 """
 
 from dataclasses import dataclass, replace
@@ -15,13 +16,12 @@ import scipy.sparse as sp
 
 from magicsim.arrays import Array, Index, Numbers
 from magicsim.light.backend import aligned, columns, dr, mi
-from magicsim.light.frame.frame_image import MIRRORED_PER_SAMPLE, own_field
+from magicsim.light.frame.frame_image import own_field
 from magicsim.light.near.near_object import NearObject
 from magicsim.light.near.ports import Ports
 from magicsim.light.records.recorded_paths import MOMENTS, WEIGHT, RecordedPaths, record_paths
 from magicsim.light.records.untouched import Untouched
-from magicsim.light.records.untouched_passes import follow_camera
-from magicsim.light.transport.light_field import LightField, total
+from magicsim.light.transport.light_field import LightField
 from magicsim.light.transport.light_pass import FIXED_POINT
 from magicsim.light.transport.light_starts import LightStarts
 from magicsim.light.transport.lit_world import LitWorld
@@ -35,8 +35,8 @@ INTO = (2.0, 2, 6)
 """Ports of light that comes in, which scatters over millimetres."""
 OUT_PATHS, INTO_LINES, PARTICLES = 4, 4, 64
 """Paths of a port that leaves, lines and particles of one that comes in."""
-SEEN_RAYS, BACK_RAYS = 8, 1
-"""Rays of a pixel and of a port that look at the object, of all that were recorded."""
+SEEN_RAYS, MIRROR_RAYS, BACK_RAYS = 8, 16, 1
+"""Rays of a pixel and of a port that look at the object, of all that were recorded; of a pixel at a glossy one."""
 OBJECT_RAYS = 12_000
 """Rays from an object that look at the ports."""
 TURNS = 2
@@ -61,6 +61,8 @@ class PortLight:
     """Radiance of each port for the light in cells and voxels, shape (ports, cells + voxels)."""
     seen: RecordedPaths
     """Paths of the pixels."""
+    mirror: RecordedPaths
+    """The same with more of their rays, for what a glossy object mirrors."""
 
     @classmethod
     def of(cls, world: LitWorld, rest: Untouched) -> Self:
@@ -69,7 +71,7 @@ class PortLight:
         ports, into = (Ports.of(footprint, *each) for each in (OUT, INTO))
         leaving = _leaving(world, ports)
         shining = leaving.direct + leaving.response @ _values(world, own_field(world, rest))
-        coming, back = _coming(world, into), _thinned(leaving, BACK_RAYS)
+        coming, back, paths = _coming(world, into), _thinned(leaving, BACK_RAYS), _means(rest.paths)
         table = np.concatenate([coming[0], np.array(back.rays).reshape(-1, 8)])
         owner = np.concatenate([coming[1], into.count + back.owner.astype(np.int64)])
         lines = mi.Ray3f(mi.Point3f(*columns(table[:, :3])), mi.Vector3f(*columns(table[:, 3:WEIGHT])))
@@ -77,7 +79,7 @@ class PortLight:
         return cls(
             brought=_brought(world, into), ports=ports, shining=shining, lines=lines,
             sums=sp.csr_matrix(weights, (into.count + ports.count, len(owner))), leaving=leaving.response,
-            seen=_thinned(_means(rest.paths), SEEN_RAYS),
+            seen=_thinned(paths, SEEN_RAYS), mirror=_thinned(paths, MIRROR_RAYS),
         )  # fmt: skip
 
 
@@ -89,13 +91,12 @@ class NearTransport:
     rest: Untouched
     light: PortLight
 
-    def image(self, target: NearObject, pixels: Numbers, *, samples: int, seed: int) -> Array:
+    def image(self, target: NearObject, pixels: Numbers, *, seed: int) -> Array:
         """Radiance of some pixels with an object before the block, shape (pixels, 3).
 
         Args:
             target: The object, in its place.
             pixels: Numbers of the pixels, row by row of the film.
-            samples: Camera samples of each pixel that are traced on where the object mirrors.
             seed: Of the frame.
         """
         world, rest, light, room = self.world, self.rest, self.light, self.world.inventory.environment
@@ -107,17 +108,14 @@ class NearTransport:
             coming, back = np.split(changed, [light.brought.shape[1]])
             change = self._field(light.brought @ coming.astype(np.float32))
             values = _values(world, change)
-            lit = met.irradiance(light.shining + light.leaving @ values + back, lit)
+            shining = light.shining + light.leaving @ values + back
+            lit = met.irradiance(shining, lit)
         outside: Any = target
         found = (light.seen.response @ values)[pixels] + light.seen.seen_outside(
             room, outside, lit, target.finish, pixels
         )
         if target.finish.specular > 0:
-            field = replace(total([own_field(world, rest), change]), irradiance=lit)
-            found += rest.paths.mirrored(
-                outside, target.finish, pixels, lambda starts: follow_camera(world, outside, starts, field, seed=seed),
-                samples=MIRRORED_PER_SAMPLE * samples, seed=seed,
-            )  # fmt: skip
+            found += target.mirrored(world.scene, room, light.ports, shining, lit, light.mirror, pixels, seed=seed)
         return np.asarray(np.maximum(rest.image.reshape(-1, 3)[pixels] + found, 0))
 
     def _field(self, light: npt.NDArray[np.float32]) -> LightField:

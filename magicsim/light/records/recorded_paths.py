@@ -170,7 +170,7 @@ def _met_room(room: Any, rays: Any, begin: Any, end: Any) -> Any:
     """Sum over each pixel's rays of what the room sends along them."""
     number, radiance = mi.UInt32(begin), mi.Color3f(0.0)
     while number < end:
-        ray, weight = _escaped(rays, number)
+        ray, weight = escaped(rays, number)
         radiance += weight * room.eval(missed(ray), number < end)
         number += 1
     return radiance
@@ -178,21 +178,27 @@ def _met_room(room: Any, rays: Any, begin: Any, end: Any) -> Any:
 
 def _mirror(scene: Any, shape: Any, finish: Finish, rays: Any, numbers: Any, seed: int, samples: int) -> Any:
     """Mirrored rays and their weights, 0 where there is none: light ones survive in proportion to their weight."""
-    ray, weight = _escaped(rays, numbers)
+    ray, weight = escaped(rays, numbers)
     si = scene.ray_intersect(ray)
-    stream = mi.UInt64(numbers)
-    sampler = mi.PCG32(size=1, initstate=stream)
-    sampler.seed(dr.opaque(mi.UInt64, seed) + stream, MIRROR_STREAM + stream)
-    direction, share = finish.mirror(si, mi.Point2f(sampler.next_float32(), sampler.next_float32()))
+    facet, chance = mirror_samples(numbers, dr.opaque(mi.UInt64, seed))
+    direction, share = finish.mirror(si, facet)
     weight *= share * dr.opaque(mi.Float, samples)
     survive = dr.minimum(weight / ROULETTE_WEIGHT, 1)
-    kept = si.is_valid() & (si.shape == shape) & (sampler.next_float32() < survive)
+    kept = si.is_valid() & (si.shape == shape) & (chance < survive)
     result = leave(si, si.to_world(direction)), dr.select(kept, weight / survive, 0)
     dr.eval(result)
     return result
 
 
-def _escaped(rays: Any, number: Any) -> tuple[Any, Any]:
+def mirror_samples(numbers: Any, seed: Any) -> tuple[Any, Any]:
+    """Random numbers of each ray at a mirror: of its facet, mi.Point2f, and whether it goes on, mi.Float."""
+    stream = mi.UInt64(numbers)
+    sampler = mi.PCG32(size=1, initstate=stream)
+    sampler.seed(seed + stream, MIRROR_STREAM + stream)
+    return mi.Point2f(sampler.next_float32(), sampler.next_float32()), sampler.next_float32()
+
+
+def escaped(rays: Any, number: Any) -> tuple[Any, Any]:
     """A ray that left, and its weight."""
     one = dr.gather(mi.Vector4f, rays, 2 * number)
     two = dr.gather(mi.Vector4f, rays, 2 * number + 1)
@@ -206,7 +212,7 @@ def _met_outside(
     """Sum over each pixel's rays of what they bring."""
     number, radiance = mi.UInt32(begin), mi.Color3f(0.0)
     while number < end:
-        ray, weight = _escaped(rays, number)
+        ray, weight = escaped(rays, number)
         si = scene.ray_intersect(ray)
         on_object = si.is_valid() & (si.shape == shape)
         flux = mi.Color3f(*[dr.gather(mi.Float, lit, 3 * si.prim_index + channel, on_object) for channel in range(3)])

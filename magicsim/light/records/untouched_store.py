@@ -138,7 +138,7 @@ class UntouchedStates:
     def __init__(self, store: UntouchedStore | None = None) -> None:
         """Holds nothing."""
         self._states: OrderedDict[str, Untouched] = OrderedDict()
-        self._made: OrderedDict[str, Any] = OrderedDict()
+        self._made: dict[str, OrderedDict[str, Any]] = {}
         self._store = store
 
     def get(self, key: str, *, on_disk: bool = False) -> Untouched | None:
@@ -151,14 +151,15 @@ class UntouchedStates:
             self._states.move_to_end(key)
         return self._states.get(key)
 
-    def made(self, key: str, make: Callable[[], Made]) -> Made:
-        """What is made of the state of a key, kept for other episodes of its sensor."""
-        if key not in self._made:
-            self._made[key] = make()
-            if len(self._made) > KEPT:
-                self._made.popitem(last=False)
-        self._made.move_to_end(key)
-        return cast("Made", self._made[key])
+    def made(self, kind: str, key: str, make: Callable[[], Made]) -> Made:
+        """What is made of the state of a key, kept for other episodes of its sensor: the last few of each kind."""
+        kept = self._made.setdefault(kind, OrderedDict())
+        if key not in kept:
+            kept[key] = make()
+            if len(kept) > KEPT:
+                kept.popitem(last=False)
+        kept.move_to_end(key)
+        return cast("Made", kept[key])
 
     def keep(self, key: str, state: Untouched, *, on_disk: bool = False) -> None:
         """Keeps a state, and lets the one go that was not asked for the longest."""

@@ -84,14 +84,17 @@ def widened(gathered: Callable[[int], Array], away_mm: Array) -> Array:
     return result
 
 
-def blended(kernel: Callable[[int], IrradianceKernel], away_mm: Array) -> IrradianceKernel:
+def blended_kernel(mesh: SurfaceMesh, away_mm: Array) -> IrradianceKernel:
     """One kernel that widens in this way, for many samples of surfaces that stay as far apart.
 
     Args:
-        kernel: The one that is doubled in width so often.
+        mesh: The rigid mesh.
         away_mm: Distance of each triangle, shape (triangles,) [mm].
     """
-    found = [(kernel(level), share / 4.0**level) for level, share in _levels(away_mm)]
+    found = [
+        (irradiance_kernel(mesh, SMOOTHING_MM * 2**level, share > 0), share / 4.0**level)
+        for level, share in _levels(away_mm)
+    ]
     return IrradianceKernel(
         patches=sp.csr_matrix(sp.vstack([each.patches for each, _ in found])),
         weights=sp.csr_matrix(sp.hstack([sp.diags(share) @ each.weights for each, share in found])),
@@ -110,13 +113,17 @@ def _levels(away_mm: Array) -> Iterator[tuple[int, Array]]:
             yield level, share
 
 
-def irradiance_kernel(mesh: SurfaceMesh, width_mm: float = SMOOTHING_MM) -> IrradianceKernel:
+def irradiance_kernel(
+    mesh: SurfaceMesh, width_mm: float = SMOOTHING_MM, wanted: Mask | None = None
+) -> IrradianceKernel:
     """Gaussian kernel between the triangles of a rigid mesh and its patches, where they lie close and face alike.
 
     Args:
         mesh: The rigid mesh.
         width_mm: Standard deviation of the kernel [mm].
+        wanted: Triangles whose irradiance is asked for, shape (triangles,); all are by default.
     """
+    rows = np.arange(len(mesh.faces)) if wanted is None else np.flatnonzero(wanted)
     corners = mesh.vertices[mesh.faces]
     centres = corners.mean(1)
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -125,11 +132,12 @@ def irradiance_kernel(mesh: SurfaceMesh, width_mm: float = SMOOTHING_MM) -> Irra
     directions = _unit(patches @ cross)
     shares = patches @ np.maximum(double_area, 1e-30)
     places = (patches @ (centres * np.maximum(double_area, 1e-30)[:, None])) / shares[:, None]
-    near = cKDTree(centres).sparse_distance_matrix(cKDTree(places), REACH * width_mm, output_type="coo_matrix")
-    facing = np.einsum("ij,ij->i", _unit(cross)[near.row], directions[near.col]) > FACING
+    near = cKDTree(centres[rows]).sparse_distance_matrix(cKDTree(places), REACH * width_mm, output_type="coo_matrix")
+    row = rows[near.row]
+    facing = np.einsum("ij,ij->i", _unit(cross)[row], directions[near.col]) > FACING
     values = np.exp(-(near.data**2) / (2 * width_mm**2)) * facing
     # Every triangle is part of its own patch, also where that lies out of reach.
-    weights = sp.csr_matrix((values, (near.row, near.col)), shape=near.shape) + 1e-9 * patches.T.tocsr()
+    weights = sp.csr_matrix((values, (row, near.col)), shape=patches.T.shape) + 1e-9 * patches.T.tocsr()
     return IrradianceKernel(patches=patches, weights=sp.csr_matrix(weights), areas_mm2=double_area / 2)
 
 
