@@ -24,9 +24,10 @@ from laboratory.stress.cases import StressPath, every_path
 from laboratory.stress.grid import VALID, OutOfProcessorTimeError, processor_limit, run_path
 
 from magicsim.deform.indentation.press import compile_kernels
+from magicsim.deform.quality import NewtonOptions
 from magicsim.deform.solve import condensed, descent, ladder, load_step, path
 from magicsim.deform.solve.ladder import WHY_PLAIN, Care, Rung
-from magicsim.deform.solve.problem import NewtonOptions, Problem
+from magicsim.deform.solve.problem import Problem
 
 LEFT_OUT = frozenset(Rung) - (WHY_PLAIN - {Rung.PATIENT})
 """Rungs that are left out one by one; why a step is plain is told with `PLAIN`."""

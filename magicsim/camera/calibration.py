@@ -1,6 +1,7 @@
 """What a camera calibration would find: intrinsics, distortion, and millimetres per pixel at every layer."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -58,6 +59,7 @@ class CameraCalibration:
     layers: tuple[LayerScale, ...]
 
 
+@lru_cache(maxsize=2)
 def calibrate_camera(design: ElastomerDesign, rig: HasCamera) -> CameraCalibration:
     """The calibration of a design on a rig.
 

@@ -120,7 +120,7 @@ def preview_frame(scenes: tuple[DrawnEpisode, SceneConfig]) -> Frame:
     from magicsim.camera.exposure import expose, meter
 
     episode, metering = scenes
-    scene = at_force(episode).scene
+    scene = at_force(episode)[0].scene
     sensor, state = _sensor(scene), timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest) if state.can_touch else sensor.rest
     radiance, camera = sensor.radiance(state, deformation), scene.rig.camera

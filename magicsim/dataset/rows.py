@@ -172,9 +172,10 @@ def simulate_sample(task: SampleTask) -> bytes:
     Raises:
         MagicsimError: The episode has no valid answer, and trying again would not help.
     """
-    episode = at_force(task.episode)
+    episode, known = at_force(task.episode)
     scene = episode.scene
     sensor = Sensor.for_scene(scene, untouched=shared_states())
+    sensor.known = known
     sensor.emulation.checked_share = CHECKED_SHARE
     frames = list(stream_frames(sensor, plan_scene(scene)))
     constants = task.constants | drawn_columns(episode.values)

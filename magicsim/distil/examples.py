@@ -104,7 +104,7 @@ def render_example(task: ExampleTask) -> bytes:
     Raises:
         MagicsimError: The episode has no valid answer.
     """
-    scene = at_force(task.episode).scene
+    scene = at_force(task.episode)[0].scene
     sensor = Sensor.for_scene(scene, untouched=shared_states())
     rest = sensor.radiance(UNTOUCHED, sensor.rest)
     scale = float(rest.mean())

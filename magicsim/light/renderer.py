@@ -4,7 +4,7 @@ from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
 from functools import partial
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -21,7 +21,7 @@ from magicsim.light.frame.anchored_image import REACH_PX, anchored_change, ancho
 from magicsim.light.frame.frame_image import Look, own_field, passing_light_change
 from magicsim.light.frame.frame_light import Before, free_light, lifted, touched_light
 from magicsim.light.near.near_object import NearObject
-from magicsim.light.near.near_transport import NearTransport, PortLight
+from magicsim.light.near.near_transport import NearTransport
 from magicsim.light.plain_renderer import PlainRenderer, checked
 from magicsim.light.reach import is_out_of_reach
 from magicsim.light.records.untouched import RECORDED_PARTS, Untouched, untouched_key
@@ -171,9 +171,7 @@ class Renderer(PlainRenderer):
             return None
         self._check_room(shown, placed)
         if self._near is None:
-            world, anchor = self.light(View()), self.anchor()
-            light = self.of_sensor("ports", lambda: PortLight.of(world, anchor))
-            transport = NearTransport(world=world, rest=anchor, light=light)
+            transport = self.of_sensor("near", lambda: NearTransport.of(self.light(View()), self.anchor()))
             self._near = transport, NearObject.of(self.object_mesh, self.object_finish)
         transport, target = self._near
         target.place(indenter.pose)
@@ -183,8 +181,29 @@ class Renderer(PlainRenderer):
 
     def of_sensor(self, kind: str, make: Callable[[], Made]) -> Made:
         """What all episodes of this sensor share, made by the first that asks."""
-        key = untouched_key(self.elastomer.design, self.rig, self.settings)
-        return self._untouched.made(kind, f"{key} {self.rig.camera.region_px}", make)
+        return self._untouched.made(kind, f"{self._key} {self.rig.camera.region_px}", make)
+
+    @plain_errors()
+    def room_radiance(self) -> FloatImage | None:
+        """What the room's light makes of the untouched image, shape (rows, columns, 3), by its recorded paths.
+
+        None where no paths are recorded, or none of them serves.
+        """
+        if not self._is_anchored or self.elastomer.design.is_opaque:
+            return None
+        return self.of_sensor("room", self._room_radiance)
+
+    def _room_radiance(self) -> FloatImage:
+        """The share that the room has of what recorded paths see, of the image that has more of them."""
+        world, anchor, film = self.light(View()), self.anchor(), self._film
+        pixels, own = film.window.numbers(film.columns, film.rows), own_field(world, anchor)
+        room = replace(own, fluence=anchor.fields[ENVIRONMENT].fluence, body=anchor.fields[ENVIRONMENT].body)
+        whole = anchor.paths.direct[pixels] + anchor.paths.glow(world.elements(own), pixels)
+        seen = anchor.paths.glow(world.elements(room), pixels)
+        seen += anchor.paths.seen_of_room(world.inventory.environment, pixels)
+        share = np.divide(seen, whole, out=np.zeros_like(seen), where=whole > 0).clip(0, 1)
+        image = share * anchor.image.reshape(-1, 3)[pixels]
+        return film.seen(image.reshape(film.window.rows, film.window.columns, 3).astype(np.float32))
 
     @plain_errors()
     def metered(self) -> FloatImage:
@@ -214,42 +233,47 @@ class Renderer(PlainRenderer):
     def anchor(self) -> Untouched:
         """The untouched sensor with many samples, computed once."""
         settings = self.settings
-        names = self.world(View()).lights
-        each = max(1, settings.anchor_particles // max(1, len(names)))
-        particles = {name: max(1, each // ROOM_PART) if name == ENVIRONMENT else each for name in names}
-        return self._state(
-            untouched_key(self.elastomer.design, self.rig, settings), particles,
-            seed=settings.anchor_seed, samples=settings.anchor_samples, recorded=each // RECORDED_PARTS,
-        )  # fmt: skip
+
+        def passes(world: LitWorld) -> dict[str, Any]:
+            names = world.lights
+            each = max(1, settings.anchor_particles // max(1, len(names)))
+            particles = {name: max(1, each // ROOM_PART) if name == ENVIRONMENT else each for name in names}
+            return {
+                "particles": particles, "seed": settings.anchor_seed, "samples": settings.anchor_samples,
+                "most": min(self._most, RECORDED_SAMPLES), "recorded": each // RECORDED_PARTS,
+            }  # fmt: skip
+
+        return self._state(self._key, passes, on_disk=True)
 
     def control(self) -> Untouched:
         """The untouched sensor with the samples, particles and random numbers of a frame, computed once."""
-        settings, particles = self.settings, self.light(View()).shares(self.settings.particles)
-        key = untouched_key(self.elastomer.design, self.rig, settings)
-        key = f"{key} {settings.samples} {settings.particles} {self.seed}"
-        return self._state(
-            key, particles, seed=self.seed, samples=settings.samples, recorded=max(particles.values(), default=0),
-            regions=self._regions(),
-        )  # fmt: skip
+        settings, most = self.settings, self._most
 
-    def _state(
-        self, key: str, particles: dict[str, int], *, seed: int, samples: int, recorded: int,
-        regions: Regions | None = None,
-    ) -> Untouched:  # fmt: skip
+        def passes(world: LitWorld) -> dict[str, Any]:
+            particles = world.shares(settings.particles)
+            return {
+                "particles": particles, "seed": self.seed, "samples": min(settings.samples, most), "most": most,
+                "recorded": max(particles.values(), default=0), "with_room": True, "regions": self._regions(),
+            }  # fmt: skip
+
+        return self._state(f"{self._key} {settings.samples} {settings.particles} {self.seed}", passes, on_disk=False)
+
+    @property
+    def _key(self) -> str:
+        return untouched_key(self.elastomer.design, self.rig, self.settings)
+
+    @property
+    def _most(self) -> int:
+        return max(1, MOST_RECORDED // (self._film.columns * self._film.rows))
+
+    def _state(self, key: str, passes: Callable[[LitWorld], dict[str, Any]], *, on_disk: bool) -> Untouched:
         from magicsim.light.records.untouched_passes import untouched
 
-        state = self._untouched.get(key, on_disk=regions is None)
+        state = self._untouched.get(key, on_disk=on_disk)
         if state is None:
-            most = max(1, MOST_RECORDED // (self._film.columns * self._film.rows))
-            if regions is None:
-                most = min(most, RECORDED_SAMPLES)
-            else:
-                samples = min(samples, most)
-            state = untouched(
-                self.light(View()), particles, seed=seed, samples=samples, most=most, recorded=recorded,
-                with_room=regions is not None, regions=regions,
-            )  # fmt: skip
-            self._untouched.keep(key, state, on_disk=regions is None)
+            world = self.light(View())
+            state = untouched(world, **passes(world))
+            self._untouched.keep(key, state, on_disk=on_disk)
         return state
 
     def light(self, view: View) -> LitWorld:

@@ -87,9 +87,7 @@ class LiveSensor:
         self._scene = placed = self.quality.applied(scene)
         states = self.workspace.states(placed)
         with waiting("building block and lattice", told):
-            sensor = Sensor.for_scene(
-                placed, states=states, newton=self.quality.newton, companion=companion, opposite=opposite
-            )
+            sensor = Sensor.for_scene(placed, states=states, companion=companion, opposite=opposite)
             self._darkroom: Darkroom | None = Darkroom(sensor, placed.output)
         self._frames_per_second = scene.frames_per_second
         self._area_mm2 = contact_areas_mm2(self.sensor)

@@ -1,10 +1,9 @@
 """How finely a live sensor solves and renders: in full, or as a control loop can wait for."""
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 from magicsim.config.models import validate
-from magicsim.deform.solve.problem import NewtonOptions
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.scenes.scene import SceneConfig
 
@@ -14,8 +13,8 @@ class Quality:
     """What a scene's own settings are replaced by."""
 
     name: str
-    lattice: dict[str, Any] = field(default_factory=dict)
-    """Settings of `design.lattice`."""
+    solve: Literal["full", "control"] = "full"
+    """Lattice and solver: `contact.quality`, where the scene's own is not coarser still."""
     render: dict[str, Any] = field(default_factory=dict)
     """Settings of `render`; the smaller number is taken where the scene's own is coarser still."""
     bounds: dict[str, Any] = field(default_factory=dict)
@@ -24,8 +23,6 @@ class Quality:
     """Settings of `rig.camera`, likewise bounds."""
     output: dict[str, Any] = field(default_factory=dict)
     """Settings of `output`."""
-    newton: NewtonOptions = field(default_factory=NewtonOptions)
-    """When a load step is good enough: what is left of its residual is corrected by the next one."""
 
     def applied(self, scene: SceneConfig) -> SceneConfig:
         """The scene as it is solved and rendered at this quality.
@@ -33,10 +30,11 @@ class Quality:
         Raises:
             ConfigError: The coarser scene is not allowed.
         """
-        if not (self.lattice or self.render or self.bounds or self.camera or self.output):
+        if self.solve == "full" and not (self.render or self.bounds or self.camera or self.output):
             return scene
         data = scene.model_dump()
-        data["design"]["lattice"] |= self.lattice
+        if self.solve != "full":
+            data["contact"]["quality"] = self.solve
         data["output"] |= self.output
         given = data["render"]
         given |= {name: min(value, given[name]) for name, value in self.render.items()}
@@ -51,18 +49,15 @@ FULL_QUALITY = Quality(name="full")
 """The scene's own settings, to the solver's own tolerances."""
 CONTROL_QUALITY = Quality(
     name="control",
-    lattice={"growth": 3.0, "margin": 0.5, "fine_depth": 0.3},
+    solve="control",
     render={"samples": 1, "particles": 8_000, "anchor_samples": 16, "anchor_particles": 400_000},
     bounds={"light_change": 0.025, "facet_mm": 1.0},
     camera={"rendered_px": 2.0},
     output={"contact_mask": False, "displacements": False, "depth_map": False},
-    newton=NewtonOptions(residual=1e-2, tolerance_mm=0.02, slip_mismatch=0.1),
 )
-"""For control loops: a lattice of about half the nodes, a fifth of the triangles, a sixteenth of the camera samples in
-pixels twice as large, a third of the particles, which are traced in contact only where that changes light by some per
-cent, no masks, and load steps that end at a hundredth of the forces out of balance, after about half the Newton steps;
-the next step begins where the last one ended and corrects what is left. `benchmarks/control_loop.py` measures what that
-costs in accuracy."""
+"""For control loops: coarser equilibria (`deform.quality`), a fifth of the triangles, a sixteenth of the camera samples
+in pixels twice as large, a third of the particles, which are traced in contact only where that changes light by some
+per cent, and no masks."""
 QUALITIES = {each.name: each for each in (FULL_QUALITY, CONTROL_QUALITY)}
 
 

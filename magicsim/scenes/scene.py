@@ -82,7 +82,9 @@ class ContactSettings(Config):
     """Iterations of one frame's equilibrium before the press is refused: its bound on time, counted so that no clock
     decides about a result. An iteration takes 0.1 s at 15,000 unknowns; the hardest valid press that is known needs
     874."""
-
+    quality: Literal["full", "control"] = "full"
+    """How finely equilibria are solved, see `deform.quality`: control is a third to a half of the work, with forces
+    within a few per cent."""
     coupling: Literal["wet", "dry"] = "wet"
     """Wet: the tacky skin couples optically to the object. Dry: a thin film of air stays between them."""
     film_mm: Annotated[float, Field(ge=0.01, le=0.1)] = 0.02

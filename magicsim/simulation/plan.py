@@ -11,6 +11,7 @@ import math
 from collections import Counter
 from dataclasses import dataclass, replace
 
+from magicsim.deform.quality import SOLVE_QUALITIES
 from magicsim.geometry.design import FAR_FIELD_BOUND, ElastomerDesign, LatticeOptions
 from magicsim.geometry.grid import CellGrid, node_spacing_mm, resolve_grid
 from magicsim.scenes.field_check import check_room
@@ -136,7 +137,7 @@ def _explain(
             Decision(stage="deformation", reason=f"{solved} of {total} frames: the object can touch"),
             *_felt_coat(scene),
         ]
-    lattice = scene.design.lattice
+    lattice = SOLVE_QUALITIES[scene.contact.quality].of(scene.design).lattice
     if solved and lattice.growth > 1:
         bound = f"node spacings grow by {lattice.growth:g} there; {_force_bound(lattice)}"
         left_out.append(Decision(stage="fine lattice away from the contact", reason=bound))

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -17,11 +18,11 @@ from magicsim.deform.indentation.press import compile_kernels
 from magicsim.deform.lattice.follow import follow_map
 from magicsim.deform.lattice.relaxation import Branches, body_branches
 from magicsim.deform.lattice.structure import Lattice, build_lattice
-from magicsim.deform.lattice.zone import contact_zone
+from magicsim.deform.lattice.zone import Zone, contact_zone
+from magicsim.deform.quality import SOLVE_QUALITIES
 from magicsim.deform.solve.factorise import on_one_blas_thread
 from magicsim.deform.solve.load_step import is_there
 from magicsim.deform.solve.path import ContactSolver
-from magicsim.deform.solve.problem import NewtonOptions
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
@@ -38,7 +39,7 @@ from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import ContactSettings, RenderSettings, SceneConfig, TaxelSettings
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin, View, timeline
 from magicsim.simulation.emulation import Emulation
-from magicsim.simulation.meshes import attach_meshes, check_walls, deformed_vertices, marker_map
+from magicsim.simulation.meshes import Meshes, attach_meshes, check_walls, deformed_vertices, marker_map
 from magicsim.simulation.touch_truth import TouchTruth
 
 AWAY_MM = 5.0
@@ -62,7 +63,6 @@ class Sensor:
         seed: int = 0,
         step_s: float = STEP_S,
         untouched: UntouchedStates | None = None,
-        newton: NewtonOptions | None = None,
         companion: SurfaceMesh | None = None,
         opposite: "Callable[[], Sensor | None] | None" = None,
     ) -> None:
@@ -79,7 +79,6 @@ class Sensor:
             seed: Of everything random in rendering.
             step_s: Time from one state to the next, for a body that relaxes [s].
             untouched: Untouched states of sensors that other episodes share.
-            newton: When a load step is good enough; the solver's own by default.
             companion: What may be seen beside the object and touches nothing, with colours, in its own frame; only in
                 views with a facing finger.
             opposite: Gives the sensor that may face this one, once a view shows it; by default, and for None, this.
@@ -96,19 +95,16 @@ class Sensor:
         if problem is not None:
             raise ConfigError(problem)
         self.states, self.seed, self.step_s = tuple(states), seed, step_s
-        self._newton = newton
         self.limits = LimitsWatch(design.limits)
         """Warns once of what the print may not bear; shared by all copies of this sensor."""
         self.elastomer: Elastomer = build_elastomer(design, facet_mm=self.settings.facet_mm)
         self.printed: Lattice = build_lattice(design)
         """All planes of the design's lattice, which the displacements of an episode refer to."""
-        placed = [self.indenter(state) for state in self.states if state.can_touch]
-        zone = contact_zone([indenter for indenter in placed if indenter is not None], design)
-        self.lattice: Lattice = build_lattice(design, zone=zone)
+        self._solve = SOLVE_QUALITIES[self.contact.quality]
+        self.lattice: Lattice = build_lattice(self._solve.of(design), zone=self._zone())
         """The lattice that is solved: as fine where the object can touch, coarser elsewhere."""
         self._printed_nodes = follow_map(self.lattice, self.printed.nodes_mm)
         self.markers = marker_map(design, self.lattice)
-        self.meshes = attach_meshes(self.elastomer, self.lattice)
         self.renderer = self._build_renderer(untouched)
         self._facing: Renderer | None = None
         self.emulation = Emulation()
@@ -116,13 +112,15 @@ class Sensor:
         self.companion = companion
         """What may be seen beside the object."""
         self._opposite = opposite
+        self.known: Deformation | None = None
+        """An equilibrium of this sensor, reached from rest, that was solved before: a press to it takes no solve."""
         self._solver: ContactSolver | None = None
         self.rest = Deformation.rest(self.lattice)
 
     @classmethod
     def for_scene(
         cls, scene: SceneConfig, *, states: Sequence[FrameState] | None = None,
-        untouched: UntouchedStates | None = None, newton: NewtonOptions | None = None,
+        untouched: UntouchedStates | None = None,
         companion: SurfaceMesh | None = None, opposite: "Callable[[], Sensor | None] | None" = None,
     ) -> Self:  # fmt: skip
         """The sensor of a scene, fine where the scene's object touches.
@@ -131,7 +129,6 @@ class Sensor:
             scene: What happens.
             states: Where the object may touch, in place of the scene's own states.
             untouched: Untouched states of sensors that other episodes share.
-            newton: When a load step is good enough; the solver's own by default.
             companion: See the sensor itself.
             opposite: See the sensor itself.
 
@@ -148,10 +145,19 @@ class Sensor:
             seed=scene.seed,
             step_s=1 / scene.frames_per_second,
             untouched=untouched,
-            newton=newton,
             companion=companion,
             opposite=opposite,
         )
+
+    @cached_property
+    def meshes(self) -> Meshes:
+        """Vertices of the block as the lattice carries them."""
+        return attach_meshes(self.elastomer, self.lattice)
+
+    def _zone(self) -> Zone | None:
+        """Where the object may touch."""
+        placed = [self.indenter(state) for state in self.states if state.can_touch]
+        return contact_zone([indenter for indenter in placed if indenter is not None], self.design)
 
     def reseeded(self, turn: int) -> Self:
         """This sensor with other random numbers; geometry, lattice and Mitsuba scenes are shared.
@@ -237,12 +243,14 @@ class Sensor:
         indenter = self.indenter(state if state.has_object or not recovers else replace(state, gap_mm=AWAY_MM))
         if indenter is None:
             return self.rest
-        if not self.contact.rate_dependent and is_there(indenter, previous):
-            return previous
+        if not self.contact.rate_dependent:
+            known = self.known if previous.is_rest else previous
+            if known is not None and is_there(indenter, known):
+                return known
         if self._solver is None:
             self._solver = ContactSolver(
                 self.lattice,
-                options=self._newton,
+                options=self._solve.newton,
                 friction=self.contact.friction,
                 point_spacing_mm=point_spacing_mm(indenter.shape),
                 branches=self._branches(),
@@ -369,6 +377,8 @@ def room_radiance(sensor: Sensor, untouched: FloatImage) -> FloatImage | None:
         return None
     if not any(max(radiance) for radiance in rig.lamps):
         return untouched
-    dark = rig.model_copy(update={"ambient": (0.0, 0.0, 0.0)})
-    own = sensor.renderer.of_sensor("own light", lambda: sensor.with_rig(dark).renderer.radiance(View()))
-    return np.asarray(np.maximum(untouched - own, 0), np.float32)
+    room = sensor.renderer.room_radiance()
+    if room is not None:
+        return np.minimum(room, untouched)
+    dark = sensor.with_rig(rig.model_copy(update={"ambient": (0.0, 0.0, 0.0)}))
+    return np.asarray(np.maximum(untouched - dark.renderer.radiance(View()), 0), np.float32)

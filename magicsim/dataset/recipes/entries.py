@@ -175,7 +175,7 @@ class TouchPath(PathBase):
     """Press from first contact [mm]; beside a force its end in any case. A force alone ends at the depth that the
     design's `limits` name."""
     force_n: Number | None = None
-    """Normal force at which the press ends [N], whose depth is found on the way; within 3 %."""
+    """Normal force at which the press ends [N], whose depth is found on the way; within 5 %."""
     shear_mm: Number = 0.0
     """Slide along the face once pressed [mm]."""
     shear_direction_deg: Number = 0.0

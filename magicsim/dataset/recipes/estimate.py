@@ -15,15 +15,19 @@ from magicsim.geometry.grid import node_spacing_mm
 from magicsim.scenes.scene import RECORDED_SAMPLES, RenderSettings, SceneConfig
 from magicsim.simulation.plan import plan_scene
 
-CAMERA_S, PARTICLE_S, SOLVE_S, MOVE_S, EPISODE_S, START_S = 2.2e-6, 7e-6, 1.0, 0.4, 1.5, 12.0
-"""Core seconds of a camera sample, a light particle, a solved frame, meshes that move, an episode's meshes, a process's
-start with its compilation; of the default design on one x86-64 core."""
+CAMERA_S, PARTICLE_S, MOVE_S, START_S = 2.2e-6, 7e-6, 0.4, 12.0
+"""Core seconds of a camera sample, a light particle, meshes that move, a process's start with its compilation; of the
+default design on one x86-64 core."""
+SOLVE_S = {"full": 0.6, "control": 0.25}
+"""Core seconds of a solved frame at each quality."""
+EPISODE_S = {"true": 1.5, "fast": 0.3}
+"""Core seconds of an episode's sensor in each tier."""
 LOOK_S, RECORD_S = 3e-6, 4e-6
 """Core seconds of a pixel that is seen by recorded paths, and of a camera sample that is recorded."""
-FAST_S = 0.8
-"""Core seconds of a touch in the fast tier: 0.35 if matt (`frame_error.py --tiers fast`), about as much for gloss."""
-FORCE_SOLVES, WRITE_S = 4, 0.004
-"""Equilibria on the way to a force, and core seconds of a row that is encoded and written."""
+FAST_S = 0.4
+"""Core seconds of a touch in the fast tier."""
+FORCE_SOLVES, WRITE_S = 2, 0.004
+"""Further equilibria on the way to a force, and core seconds of a row that is encoded and written."""
 COVERED = 0.93
 """Share of the face's sides from which a picture counts as one of the whole face."""
 TAXEL_SHARE = 0.3
@@ -34,6 +38,7 @@ CHOICES = (
     ("labels.displacements=false", "output", "displacements", False),
     ("labels.depth_map=false", "output", "depth_map", False),
     ("--tier fast", "render", "tier", "fast"),
+    ("contact.quality=control", "contact", "quality", "control"),
 )
 """What a recipe can do without, and the part and field of its scenes that this changes."""
 WORTH = 0.02
@@ -217,8 +222,8 @@ def episode_cost(scene: SceneConfig, *, by_force: bool = False) -> tuple[float, 
         pictures = FAST_S * sum(frame.state.gap_mm is not None for frame in rendered)
     else:
         pictures = traced * (MOVE_S + pixels * render.samples * CAMERA_S + render.particles * PARTICLE_S)
-    seconds = EPISODE_S + (solved + FORCE_SOLVES * by_force) * SOLVE_S + anchored * len(rendered) * pixels * LOOK_S
-    seconds += pictures
+    seconds = EPISODE_S[render.tier] + anchored * len(rendered) * pixels * LOOK_S + pictures
+    seconds += (solved + FORCE_SOLVES * by_force) * SOLVE_S[scene.contact.quality]
     frames = scene.references + scene.frame_count
     pressed = sum(frame.state.gap_mm is not None and frame.state.gap_mm < 0 for frame in plan.frames)
     size = frames * (ROW_BYTES + pixels * (IMAGE_BYTES + MASK_BYTES * scene.output.contact_mask))

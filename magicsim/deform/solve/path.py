@@ -18,6 +18,7 @@ from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import has_settled
 from magicsim.deform.lattice.yielding import FlowLaw, Yielding
 from magicsim.deform.overlap import burial_fault, overlap_fault
+from magicsim.deform.quality import NewtonOptions
 from magicsim.deform.solve.condensed import Condenser
 from magicsim.deform.solve.factorise import on_one_blas_thread
 from magicsim.deform.solve.iterate import (
@@ -41,7 +42,7 @@ from magicsim.deform.solve.load_step import (
     reach_mm,
     way_length_mm,
 )
-from magicsim.deform.solve.problem import NewtonOptions, Problem
+from magicsim.deform.solve.problem import Problem
 from magicsim.deform.solve.tangent import contact_tangent
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import Indenter
@@ -133,7 +134,6 @@ class ContactSolver:
         *,
         dt_s: float = math.inf,
         progress: Progress | None = None,
-        most: int | None = None,
     ) -> Deformation:
         """Equilibrium with the object in a pose, reached from a previous one or from first contact.
 
@@ -142,7 +142,6 @@ class ContactSolver:
             previous: Where the path stands; None starts from rest.
             dt_s: Time since then, for a lattice with branches [s].
             progress: Told the share of the way after every iteration, see `Progress`.
-            most: Iterations of one load step, after which no further one is begun; the solver's own by default.
 
         Returns:
             A valid deformation; the rest state, without a solve, when no point of the undeformed face lies inside the
@@ -161,9 +160,7 @@ class ContactSolver:
         elif (buried := burial_fault(self.lattice, indenter)) is not None:
             raise ConvergenceError(buried)
         start = previous if previous is not None and previous.pose is not None else self._rest
-        problem, effort = self._timed(start, dt_s), Effort(progress=progress, most=most or self.max_iterations)
-        if most is not None:
-            problem = replace(problem, options=replace(problem.options, max_iterations=most))
+        problem, effort = self._timed(start, dt_s), Effort(progress=progress, most=self.max_iterations)
         if self._yielding is not None:
             return self._flow_along(self._yielding, indenter, start, effort)
         state = self._follow_path(problem, indenter, start, effort)

@@ -13,6 +13,7 @@ from magicsim.deform.lattice.pattern import BlockPattern, block_pattern
 from magicsim.deform.lattice.relaxation import Branches
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import TableMemory
+from magicsim.deform.quality import NewtonOptions
 from magicsim.deform.solve.factorise import SymmetricSolver, symmetric_solver
 from magicsim.deform.solve.ladder import Care
 
@@ -25,50 +26,6 @@ MOST_CONTRAST = 3e3
 FORCE_FLOOR = 1e-2
 """Contact forces below this, in units of shear modulus times smallest edge squared, do not sharpen the residual:
 assumed."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NewtonOptions:
-    """When to stop, and how far one step may go; values without a source are assumed."""
-
-    tolerance_mm: float = 0.002
-    """Largest penetration, and largest gap under pressure, that are accepted."""
-    residual: float = 1e-8
-    """Largest norm of the out-of-balance nodal forces over that of the contact forces."""
-    update_residual: float = 0.1
-    """Residual below which the multipliers of contact are updated, and the object's curvature counts in full."""
-    multiplier_updates: int = 8
-    """Updates after which the penalty is raised instead: where more points are in contact than the lattice can follow,
-    multipliers need not settle."""
-    penalty_growth: float = 4.0
-    """Factor of the penalty then."""
-    limit_residual: tuple[float, float] = (0.3, 1e-2)
-    """Residuals below which the limits of friction are updated, at first and after `patience` iterations; far from
-    balance the pressures mean nothing."""
-    patience: int = 12
-    """Iterations after which limits are updated in balance only and with relaxation."""
-    penalty_ratio: float = 100.0
-    """First contact penalty in units of `Problem.stiffness`."""
-    slip_penalty_ratio: float = 100.0
-    """Stiffness of a sticking point in the same units."""
-    elastic_slip_ratio: float = 2e-4
-    """Least elastic slip at the limit of friction in units of the smallest cell edge."""
-    slip_mismatch: float = 1e-3
-    """Largest departure from the law of friction, see `contact.augmented.slip_mismatch`."""
-    step_ratio: float = 0.7
-    """Longest step of a node in units of the smallest cell edge."""
-    first_shift: float = 0.25
-    """Multiple of the spring Laplacian added to a matrix that is not positive definite; four times more each try."""
-    last_shift: float = 1e4
-    """Multiple at which to give up."""
-    max_iterations: int = 50
-    """Iterations before the load step is given up."""
-    max_halvings: int = 10
-    """Shortenings of one Newton step."""
-    keeps_factors: bool = True
-    """Whether a factor serves as long as it does well; otherwise every iteration has its own."""
-    is_condensed: bool = True
-    """Whether contact is solved on the face for every step of the body, see `condensed`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

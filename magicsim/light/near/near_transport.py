@@ -62,7 +62,7 @@ class PortLight:
     seen: RecordedPaths
     """Paths of the pixels."""
     mirror: RecordedPaths
-    """The same with more of their rays, for what a glossy object mirrors."""
+    """These with more of their rays, for what a glossy object mirrors."""
 
     @classmethod
     def of(cls, world: LitWorld, rest: Untouched) -> Self:
@@ -90,6 +90,11 @@ class NearTransport:
     world: LitWorld
     rest: Untouched
     light: PortLight
+
+    @classmethod
+    def of(cls, world: LitWorld, rest: Untouched) -> Self:
+        """For the scene with nothing before the block, and what is known of it untouched."""
+        return cls(world=world, rest=rest, light=PortLight.of(world, rest))
 
     def image(self, target: NearObject, pixels: Numbers, *, seed: int) -> Array:
         """Radiance of some pixels with an object before the block, shape (pixels, 3).

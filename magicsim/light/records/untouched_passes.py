@@ -23,8 +23,8 @@ CAREFUL_PATTERN = 2**40
 
 
 def untouched(
-    world: LitWorld, particles: dict[str, int], *, seed: int, samples: int, most: int, recorded: int, with_room: bool,
-    regions: Regions | None,
+    world: LitWorld, particles: dict[str, int], *, seed: int, samples: int, most: int, recorded: int,
+    with_room: bool = False, regions: Regions | None = None,
 ) -> Untouched:  # fmt: skip
     """The untouched sensor, and what its camera paths and its light pass before they leave the block.
 

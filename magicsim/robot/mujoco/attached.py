@@ -148,9 +148,7 @@ class AttachedSensor:
         thing, self._frame = body_object(model, self.pair.body)
         bare = scene.model_copy(update={"object": None, "keyframes": (Keyframe(frame=0),)})
         settled = quality.applied(bare)
-        self.sensor = PosedSensor(
-            settled, thing, x_mm=touch.x_mm, y_mm=touch.y_mm, newton=quality.newton, opposite=opposite
-        )
+        self.sensor = PosedSensor(settled, thing, x_mm=touch.x_mm, y_mm=touch.y_mm, opposite=opposite)
         self._thing, self._darkroom = thing, Darkroom(self.sensor, settled.output)
         self._frames_per_second, self._seed, self._first_trust = settled.frames_per_second, seed, trust
         self.reset()

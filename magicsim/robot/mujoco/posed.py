@@ -9,7 +9,6 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.zone import Zone
-from magicsim.deform.solve.problem import NewtonOptions
 from magicsim.errors import ConfigError
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
@@ -95,7 +94,6 @@ class PosedSensor(Sensor):
         *,
         x_mm: tuple[float, float],
         y_mm: tuple[float, float],
-        newton: NewtonOptions,
         opposite: Callable[[], Sensor | None] | None = None,
     ) -> None:
         """Builds the sensor.
@@ -105,7 +103,6 @@ class PosedSensor(Sensor):
             thing: The object.
             x_mm: Part of the face where it may touch, along x [mm].
             y_mm: Likewise along y [mm].
-            newton: When a load step is good enough.
             opposite: See `Sensor`.
 
         Raises:
@@ -125,7 +122,6 @@ class PosedSensor(Sensor):
             render=scene.render,
             seed=scene.seed,
             step_s=1 / scene.frames_per_second,
-            newton=newton,
             opposite=opposite,
         )
 

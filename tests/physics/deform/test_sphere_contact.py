@@ -8,8 +8,8 @@ from magicsim.config.models import load_preset
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.indentation.press import press
 from magicsim.deform.lattice.structure import box_lattice, build_lattice
+from magicsim.deform.quality import NewtonOptions
 from magicsim.deform.solve.path import ContactSolver
-from magicsim.deform.solve.problem import NewtonOptions
 from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.geometry.design import FAR_FIELD_BOUND, ElastomerDesign
 from magicsim.geometry.indenter import place_object

@@ -363,7 +363,7 @@ def test_force_that_an_object_does_not_reach_is_one_line_before_anything_is_writ
     reached = Reached(depth_mm=2.5, force_n=3.1, is_met=False, power=1.5, solves=3)
     asked: list[float] = []
 
-    def press(design, target, force_n, **_):
+    def press(design, placed, force_n, **_):
         asked.append(force_n)
         return reached
 

@@ -25,11 +25,12 @@ def answer(monkeypatch: pytest.MonkeyPatch, depth_mm: float, force_n: float) -> 
 
 def test_keyframes_press_as_deep_as_the_force_does(episode: DrawnEpisode, monkeypatch: pytest.MonkeyPatch):
     answer(monkeypatch, 0.75, 4.0)
-    found = at_force(episode).scene.keyframes
+    found = at_force(episode)[0].scene.keyframes
     assert [each.gap_mm for each in found] == [10.0, 0.1, -0.75, -0.75, 10.0]
     assert [each.frame for each in found] == [each.frame for each in episode.scene.keyframes]
     plain = replace(episode, force_n=None)
-    assert at_force(plain) is plain
+    assert at_force(plain) == (plain, None)
+    assert at_force(plain)[0] is plain
 
 
 def test_force_that_an_object_does_not_reach_is_one_line(episode: DrawnEpisode, monkeypatch: pytest.MonkeyPatch):
@@ -38,4 +39,4 @@ def test_force_that_an_object_does_not_reach_is_one_line(episode: DrawnEpisode, 
         ConfigError, match=r"force_n = 4 is not reached: 'sphere' presses with 3.1 N at the depth limit of 2.5 mm"
     ):
         at_force(episode)
-    assert at_force(replace(episode, must_reach=False)).scene.keyframes[2].gap_mm == -2.5
+    assert at_force(replace(episode, must_reach=False))[0].scene.keyframes[2].gap_mm == -2.5

@@ -1,8 +1,9 @@
+import numpy as np
 import pytest
 
 from magicsim import load_design, load_object, press
-from magicsim.deform.indentation import force
 from magicsim.deform.indentation.force import FORCE_SHARE, MOST_SOLVES, find_depth, press_to_force
+from magicsim.geometry.indenter import place_object
 
 
 @pytest.mark.parametrize("force_n", [0.1, 1.0, 6.0])
@@ -29,14 +30,19 @@ def test_force_that_jumps_past_what_is_asked_ends_below_the_jump():
     assert found.depth_mm < 1
 
 
-@pytest.mark.parametrize("hasty", [force.HASTY, 1])
-def test_press_ends_at_the_force_that_a_press_to_its_depth_has(hasty: int, monkeypatch):
-    monkeypatch.setattr(force, "HASTY", hasty)  # 1: no place is reached from the one before, all are begun from rest
+def pressed(design, thing):
+    return lambda depth: [place_object(thing, gap_mm=-depth, x_mm=0.0, y_mm=0.0, design=design)] * 2
+
+
+@pytest.mark.parametrize(("friction", "quality"), [(0.0, "full"), (0.6, "full"), (0.6, "control")])
+def test_press_ends_at_the_force_that_a_press_to_its_depth_has(friction: float, quality: str):
     design = load_design("uniform-block", ["footprint_mm=[12,12]", "lattice.spacing_mm=1.5", "limits.force_n=1"])
     ball = load_object("sphere:radius_mm=3")
-    found = press_to_force(design, ball, 0.8, deepest_mm=2.0)
+    found = press_to_force(design, pressed(design, ball), 0.8, deepest_mm=2.0, friction=friction, quality=quality)
     assert found.is_met
-    own = press(design, ball, depth_mm=found.depth_mm).force_n[2]
-    assert own == pytest.approx(0.8, rel=0.05)  # of another lattice, for a depth that is nearly the same
-    assert own == pytest.approx(found.force_n, rel=0.03)
+    assert found.force_n == pytest.approx(0.8, rel=FORCE_SHARE)
+    own = press(design, ball, depth_mm=found.depth_mm, friction=friction)
+    if quality == "full":
+        np.testing.assert_allclose(found.state.force_n, own.force_n, rtol=1e-6, atol=1e-6)
+    assert own.force_n[2] == pytest.approx(found.force_n, rel=0.03)
     assert found.solves <= 8

@@ -7,9 +7,9 @@ from laboratory.stress.cases import grid_paths
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.structure import box_lattice
+from magicsim.deform.quality import NewtonOptions
 from magicsim.deform.solve.ladder import Rung
 from magicsim.deform.solve.path import ContactSolver
-from magicsim.deform.solve.problem import NewtonOptions
 from magicsim.errors import ConvergenceError
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects.kinds import parse_object

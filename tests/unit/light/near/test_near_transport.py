@@ -21,6 +21,8 @@ SMALL = (
     "render.anchor_samples=32", "render.anchor_particles=50000", "render.particles=10000",
 )  # fmt: skip
 BALL = ("object.radius_mm=3", "object.color=[0.8,0.5,0.3]")
+LARGER = ("rig.camera.columns=72", "rig.camera.rows=88")
+"""More pixels: sums over all have less noise of single rays."""
 BRIGHT = 0.05
 """Radiance of an even room."""
 
@@ -102,7 +104,11 @@ def test_an_image_is_the_true_one(sensor, state):
 @pytest.mark.parametrize(
     ("settings", "state"),
     [
-        ((*BALL, "object.specular=0.4"), at(0.3)),
+        ((*BALL, "object.specular=0.4", "rig.camera.columns=72", "rig.camera.rows=88"), at(0.3)),
+        (
+            (*BALL, "object.specular=0.4", "object.roughness=0.05", "rig.camera.columns=72", "rig.camera.rows=88"),
+            at(1.0),
+        ),
         (
             (
                 "render.anchor_particles=400000",

@@ -11,6 +11,7 @@ from magicsim.robot.mujoco import Coupling, Touch, compiled
 from magicsim.scenes.scene import SceneConfig, load_scene
 from robot.conftest import TINY
 
+from .conftest import BLOCK
 from .models import body, mujoco
 
 TOUCH = Touch(site="sensor", body="thing", x_mm=(-3, 3), y_mm=(-3, 3))
@@ -55,6 +56,15 @@ def test_ball_comes_to_rest_where_the_force_is_its_weight(block: SceneConfig):
     assert abs(coupling.data.qvel[2]) < 1e-3
     assert sensor.solves < 40
     assert coupling.data.xfrc_applied.any() == np.False_
+
+
+def test_lattice_is_fine_where_the_touch_says_and_coarser_beyond():
+    wide = load_scene("grip", [*BLOCK, "design.footprint_mm=[24,32]"])
+    sensor = coupled(body(BALL), wide).sensors["sensor"].sensor
+    x = np.unique(sensor.lattice.nodes_mm[:, 0].round(6))
+    within, beyond = (np.diff(x[side]).max() for side in (np.abs(x) <= TOUCH.x_mm[1], x >= 0))
+    assert beyond > 1.3 * within
+    assert len(sensor.lattice.nodes_mm) < len(sensor.printed.nodes_mm)
 
 
 @pytest.mark.parametrize(("damping_s", "kept"), [(0.0, (0.97, 1.03)), (0.005, (0.05, 0.8))])
