@@ -14,8 +14,8 @@ pixels' width at half height, `slow` what is below it. `spread` is the standard 
 positions and light particles of its own. All are grey levels of an exposure that brings the untouched frame to its
 level, before they are rounded: far is 8 mm and more from the contact, corners are squares of 60 pixels. `mean`, `p99`
 are distances from the mean of both halves, whose own noise is among them. `seconds` of a processor are those of one
-image, what is computed once left out. The plot, beside the figures, shows all of it over the depth; of several tiers it
-shows error against time.
+image, what is computed once left out. The plot, beside the figures, shows all of it over the depth. Of several tiers it
+shows error against time, and beside it that of the force at each `contact.quality`, against a finer lattice.
 """
 
 import argparse
@@ -32,6 +32,7 @@ from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from magicsim.camera.exposure import meter
 from magicsim.camera.projection import pixel_landing_mm
+from magicsim.deform.quality import SOLVE_QUALITIES
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
@@ -52,6 +53,8 @@ TIERS = {
     "volpath": ("render.estimator=path", "render.samples=64"),
 }  # fmt: skip
 """Settings of each; `volpath` is Mitsuba's own path tracer."""
+FINER = ("design.lattice.growth=1.2", "design.lattice.cells_across=8", "design.lattice.edge_nodes=2000")
+"""Settings of the lattice that forces are compared with."""
 FAR_MM, CORNER_PX, FINE_PX = 8.0, 60, 5 / 2.355
 NEAR_MM = 1.0
 """Gap of the frame before contact."""
@@ -75,6 +78,20 @@ class FrameError:
     p99: float
     tier: str
     seconds: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ForceError:
+    """The force of one press from rest."""
+
+    object: str
+    depth_mm: float
+    quality: str
+    force_n: float
+    error: float
+    """Relative, against the finer lattice."""
+    seconds: float
+    """Of a processor."""
 
 
 def pressed(depth_mm: float) -> FrameState:
@@ -172,6 +189,30 @@ def measure(
     return found
 
 
+def forces(name: str, depths: list[float], settings: list[str]) -> list[ForceError]:
+    """Presses of one object at each quality, once all is compiled."""
+
+    def solved(depth_mm: float, *more: str) -> tuple[float, float]:
+        scene = load_scene("pressed", [*settings, *more]).model_copy(update={"object": parse_object(OBJECTS[name])})
+        sensor = Sensor.for_scene(scene, states=[pressed(depth_mm)])
+        begin = time.process_time()
+        force = float(sensor.deform(pressed(depth_mm), sensor.rest).force_n[2])
+        return force, time.process_time() - begin
+
+    found = []
+    for depth_mm in (each for each in (depths[-1], *depths) if each > 0):
+        true, _ = solved(depth_mm, *FINER)
+        for quality in SOLVE_QUALITIES:
+            force, seconds = solved(depth_mm, f"contact.quality={quality}")
+            found.append(
+                ForceError(
+                    object=name, depth_mm=depth_mm, quality=quality, force_n=round(force, 4),
+                    error=round(force / true - 1, 5), seconds=round(seconds, 3),
+                )
+            )  # fmt: skip
+    return found[len(SOLVE_QUALITIES) :]
+
+
 def draw(rows: list[FrameError], path: Path) -> None:
     """Errors over the depth, a panel for each object and region."""
     mpl.use("Agg")
@@ -193,11 +234,19 @@ def draw(rows: list[FrameError], path: Path) -> None:
     figure.savefig(path, dpi=120)
 
 
-def draw_tiers(rows: list[FrameError], path: Path) -> None:
-    """Error of the whole image against seconds of a processor, one mark a tier and state."""
+def draw_tiers(rows: list[FrameError], presses: list[ForceError], path: Path) -> None:
+    """Error of the whole image and of the force against seconds of a processor, one mark a tier and state."""
     mpl.use("Agg")
-    figure, panels = plt.subplots(1, 2, figsize=(10, 4), sharex=True, sharey=True)
-    for panel, title in zip(panels, ("before contact", "touched"), strict=True):
+    figure, panels = plt.subplots(1, 3, figsize=(14, 4))
+    for quality in SOLVE_QUALITIES:
+        these = [each for each in presses if each.quality == quality]
+        panels[2].plot([each.seconds for each in these], [100 * abs(each.error) for each in these], "o", label=quality)
+    panels[2].set(title="touched", xlabel="processor time of a press from rest [s]", xscale="log", yscale="log",
+                  ylabel="error of the force [%]")  # fmt: skip
+    panels[2].legend(fontsize=8)
+    panels[1].sharex(panels[0])
+    panels[1].sharey(panels[0])
+    for panel, title in zip(panels[:2], ("before contact", "touched"), strict=True):
         for tier in dict.fromkeys(row.tier for row in rows):
             states = [row for row in rows if row.region == "whole" and (row.depth_mm > 0) == (title == "touched")]
             chosen = [row for row in states if row.tier == tier]
@@ -223,9 +272,14 @@ def main() -> None:
     depths = [-NEAR_MM, *map(float, chosen.depths.split(","))]
     names, tiers = chosen.objects.split(","), tuple(chosen.tiers.split(","))
     rows = [row for name in names for row in measure(name, depths, chosen.settings, chosen.images, tiers)]
-    figures = {"settings": chosen.settings, "images": chosen.images, "results": [asdict(row) for row in rows]}
+    presses = [each for name in names for each in forces(name, depths, chosen.settings)] if len(tiers) > 1 else []
+    figures = {"settings": chosen.settings, "images": chosen.images, "results": [asdict(row) for row in rows],
+               "forces": [asdict(each) for each in presses]}  # fmt: skip
     chosen.out.write_text(json.dumps(figures, indent=1) + "\n")
-    (draw if len(tiers) == 1 else draw_tiers)(rows, chosen.out.with_suffix(".png"))
+    if presses:
+        draw_tiers(rows, presses, chosen.out.with_suffix(".png"))
+    else:
+        draw(rows, chosen.out.with_suffix(".png"))
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 COMPRESSED = Origin(light="outside", image="compressed")
 LOGGER = logging.getLogger(__name__)
-CHECKED_SHARE = 0.015
+CHECKED_SHARE = 0.01
 """Share of a dataset's emulated frames that are rendered truly as well."""
 
 
