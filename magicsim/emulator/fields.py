@@ -35,6 +35,8 @@ SHIFT_UNIT_MM = 0.3
 """Unit of displacements that the network sees [mm]: that of a press of some tenths of a millimetre."""
 GATE_MM, CONTACT_MM, GATE_PX = 0.02, 0.1, 3.0
 """Displacement at which the gate is half open [mm], what contact counts for [mm], and the width of its mean [px]."""
+STILL_MM = 0.001
+"""Displacement up to which nothing changes, as in the true tier, and from twice which the gate is as wide as it is."""
 MULTIPLE = 8
 """Rows and columns of fields are filled up to multiples of it: the network halves them three times."""
 
@@ -138,7 +140,8 @@ class FieldMaker:
         fine += [rest - 1, (free - self.rest) / self.scale, contact[..., None]]
         size_mm = np.asarray(cv2.GaussianBlur(size_mm, (0, 0), GATE_PX), np.float32)
         fields = np.concatenate([_folded(np.concatenate(fine, -1)), *(each.transpose(2, 0, 1) for each in coarse)])
-        return fields.astype(np.float32), np.asarray(size_mm / (size_mm + GATE_MM), np.float32)
+        moves = np.clip(size_mm / STILL_MM - 1, 0, 1)
+        return fields.astype(np.float32), np.asarray(moves * size_mm / (size_mm + GATE_MM), np.float32)
 
     def _taken_along(self, image: FloatImage, plane: _Plane, shift: npt.NDArray[np.float32]) -> FloatImage:
         """An image moved as a plane is, seen from the camera: what rises moves as if it went aside."""

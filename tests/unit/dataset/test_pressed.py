@@ -1,13 +1,16 @@
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from dataset.fakes import small_recipe
 from magicsim.dataset import pressed
 from magicsim.dataset.pressed import at_force
 from magicsim.dataset.recipes.draw import DrawnEpisode, draw_episodes
-from magicsim.deform.indentation.force import Reached
+from magicsim.deform.indentation.force import FORCE_SHARE, Reached
 from magicsim.errors import ConfigError
+from magicsim.scenes.timeline import timeline
+from magicsim.simulation.sensor import Sensor
 
 
 @pytest.fixture
@@ -40,3 +43,17 @@ def test_force_that_an_object_does_not_reach_is_one_line(episode: DrawnEpisode, 
     ):
         at_force(episode)
     assert at_force(replace(episode, must_reach=False))[0].scene.keyframes[2].gap_mm == -2.5
+
+
+def test_equilibrium_of_the_search_is_the_frame_s_own_and_is_not_solved_again():
+    path = "paths=[{kind='touch',force_n=0.3,shear_frames=1,twist_frames=0,hold_frames=0,press_frames=1,friction=0.6}]"
+    episode, known = at_force(draw_episodes(small_recipe(path))[0])
+    assert known is not None
+    state = next(each for each in timeline(episode.scene) if each.can_touch)
+    sensor = Sensor.for_scene(episode.scene)
+    own = sensor.deform(state, sensor.rest)
+    np.testing.assert_array_equal(own.displacements_mm, known.displacements_mm)
+    assert own.force_n[2] == pytest.approx(0.3, rel=FORCE_SHARE)
+    sensor.known = known
+    assert sensor.deform(state, sensor.rest) is known
+    assert sensor.deform(state, own) is own  # on the way from another state it does not serve

@@ -87,7 +87,9 @@ def test_estimate_says_what_each_choice_saves():
 
     assert re.search(r"labels\.displacements=false saves \d+% of the bytes; labels\.depth_map=false saves", saved())
     assert re.search(r"--tier fast saves \d+% of the time", saved())
-    assert saved("labels.displacements=false", "labels.depth_map=false", "render.tier=fast") == ""
+    made = ("labels.displacements=false", "labels.depth_map=false", "render.tier=fast")
+    assert re.fullmatch(r"contact\.quality=control saves \d+% of the time", saved(*made))
+    assert saved(*made, "contact.quality=control") == ""
 
 
 def test_frames_by_recorded_paths_are_estimated_cheaper():
