@@ -31,7 +31,7 @@ from magicsim.judge.intervals import ends, resampled
 from magicsim.workers.attempt import WorkerOptions
 
 MARGIN = 1.15
-SETS = {"test": ("true", 64, 12), "true": ("true", 125, 11), "fast": ("fast", 125, 11), "more": ("fast", 500, 11)}
+SETS = {"test": ("true", 64, 12), "true": ("true", 75, 11), "fast": ("fast", 75, 11), "more": ("fast", 300, 11)}
 """Tier, episodes of four touched frames, and seed of each."""
 SETTINGS = ("episodes_per_sensor=25", "labels.displacements=false", "labels.depth_map=false")
 LEARNING = LearningSettings(folds=20)
