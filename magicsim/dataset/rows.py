@@ -2,6 +2,7 @@
 
 import io
 import json
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -195,20 +196,20 @@ def sensors_table(sensors: Sequence[DrawnSensor]) -> bytes:
     Raises:
         GeometryError: A drawn design cannot be built.
     """
-    names = sorted(sensors[0].values)
+    names = sorted({name for sensor in sensors for name in sensor.values})
     columns: list[Column] = [
         value("sensor", "int32", "number of the sensor"),
         value("design", "string", "its design as JSON"),
         value("rig", "string", "its rig as JSON"),
         value("calibration", "string", "its calibration as JSON"),
         array("lattice_nodes_mm", (None, 3), "rest positions of its lattice nodes [mm]", dtype="float64"),
-        *(value(f"drawn.{name}", "float64", "drawn value") for name in names),
+        *(value(f"drawn.{name}", "float64", "drawn value, NaN where nothing is drawn") for name in names),
     ]
     schema = schema_of_columns(columns)
 
     def table(some: Sequence[DrawnSensor]) -> pa.Table:
         rows = [_sensor_row(sensor) for sensor in some]
-        arrays = [pa.array([row[column.name] for row in rows], column.arrow) for column in columns]
+        arrays = [pa.array([row.get(column.name, math.nan) for row in rows], column.arrow) for column in columns]
         return pa.Table.from_arrays(arrays, schema=schema)
 
     sink = io.BytesIO()

@@ -1,3 +1,4 @@
+import io
 import json
 import os
 import random
@@ -16,8 +17,9 @@ import pytest
 from magicsim.config.program import versions
 from magicsim.dataset.generate import generate_dataset
 from magicsim.dataset.manifest import MANIFEST, read_manifest
-from magicsim.dataset.recipes.draw import draw_episodes
+from magicsim.dataset.recipes.draw import draw_episodes, draw_sensors
 from magicsim.dataset.recipes.recipe import Recipe
+from magicsim.dataset.rows import sensors_table
 from magicsim.dataset.verify import verify_dataset
 from magicsim.deform.indentation.force import Reached
 from magicsim.errors import ConfigError, OutputError
@@ -378,3 +380,12 @@ def test_force_that_an_object_does_not_reach_is_one_line_before_anything_is_writ
     drawn = [each.force_n for each in draw_episodes(small_recipe(f"paths=[{{kind='touch',{force}}}]"))]
     assert asked == [max(drawn)]  # of the one kind of object
     generate_dataset(small_recipe(f"paths=[{{kind='touch',{force},depth_mm=1.0}}]"), tmp_path / "set", **options)
+
+
+def test_table_of_sensors_has_rooms_that_draw_other_values():
+    rooms = "rooms=[{room='dark'},{room='office',ambient={low=0.05,high=0.2}}]"
+    sensors = draw_sensors(small_recipe(rooms), 8)
+    ambient = pq.read_table(io.BytesIO(sensors_table(sensors))).column("drawn.sensor.ambient").to_numpy()
+    dark = np.array([sensor.rig.room == "dark" for sensor in sensors])
+    assert 0 < dark.sum() < len(dark)
+    np.testing.assert_array_equal(np.isnan(ambient), dark)
