@@ -3,8 +3,8 @@
     python benchmarks/fast_learning.py make DATA     # four datasets; goes on where it was stopped
     python benchmarks/fast_learning.py learn DATA --out docs/benchmarks/fast-learning.json
 
-`true` and `fast` are the same touches in either tier, `more` is four times as many fast ones, about what the time of
-`true` makes; `test` are true frames of other prints and presses. A small network learns from each, three times with
+`true` and `fast` are the same touches in either tier, `more` is four times as many fast ones, `test` are true frames of
+other prints and presses; `make` says how long each took. A small network learns from each, three times with
 other random numbers. The error of place (along the face) and of force is that of a frame, the mean of its three
 networks' errors; intervals of ratios draw whole presses again. Named before the first run: a ratio whose interval ends
 below `MARGIN` counts as equivalent; expected are 1.1 to 1.4 of `fast`, 0.7 to 1.0 of `more`.
