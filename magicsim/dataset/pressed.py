@@ -5,11 +5,11 @@ from dataclasses import replace
 
 from magicsim.dataset.recipes.draw import DrawnEpisode
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.indentation.force import press_to_force
+from magicsim.deform.indentation.force import DIGITS, press_to_force
 from magicsim.errors import ConfigError
-from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.geometry.indenter import Indenter
 from magicsim.scenes.scene import Keyframe, SceneConfig
-from magicsim.scenes.timeline import timeline
+from magicsim.scenes.timeline import placed_in, timeline
 
 
 def at_force(episode: DrawnEpisode) -> tuple[DrawnEpisode, Deformation | None]:
@@ -43,19 +43,14 @@ def _pressed(scene: SceneConfig, depth_mm: float, deepest_mm: float) -> SceneCon
     def scaled(keyframe: Keyframe) -> Keyframe:
         if keyframe.gap_mm is None or keyframe.gap_mm >= 0:
             return keyframe
-        return keyframe.model_copy(update={"gap_mm": round(keyframe.gap_mm * depth_mm / deepest_mm, 9)})
+        return keyframe.model_copy(update={"gap_mm": round(keyframe.gap_mm * depth_mm / deepest_mm, DIGITS)})
 
     return scene.model_copy(update={"keyframes": tuple(map(scaled, scene.keyframes))})
 
 
 def _touching(scene: SceneConfig) -> Sequence[Indenter]:
     """The object where it is first as deep as ever, and then in all states that can touch, in order."""
-    assert scene.object is not None
     states = [state for state in timeline(scene) if state.can_touch]
-    return [
-        place_object(
-            scene.object, gap_mm=state.gap_mm or 0.0, x_mm=state.x_mm, y_mm=state.y_mm, twist_deg=state.twist_deg,
-            design=scene.design,
-        )
-        for state in (min(states, key=lambda state: state.gap_mm or 0.0), *states)
-    ]  # fmt: skip
+    first = min(states, key=lambda state: state.gap_mm or 0.0)
+    placed = (placed_in(state, scene.object, scene.design) for state in (first, *states))
+    return [each for each in placed if each is not None]

@@ -20,11 +20,9 @@ from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.shard import ROWS_A_GROUP, Column, array, rows_as_bytes, schema_of_columns, value, write_rows
 from magicsim.deform.lattice.structure import box_lattice
 from magicsim.geometry.grid import lattice_planes, resolve_grid
-from magicsim.geometry.indenter import place_object
-from magicsim.geometry.pose import Pose
 from magicsim.light.records.untouched_store import shared_states
 from magicsim.scenes.scene import SceneConfig
-from magicsim.scenes.timeline import FrameState, TierError
+from magicsim.scenes.timeline import TierError, placed_in
 from magicsim.simulation.emulation import CHECKED_SHARE
 from magicsim.simulation.episode import SimulatedFrame, truth_row
 from magicsim.simulation.plan import plan_scene
@@ -103,7 +101,8 @@ def _of_scene(scene: SceneConfig, calibration: CameraCalibration) -> dict[str, A
 
 def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
     state = frame.truth.state
-    pose = _pose(scene, state)
+    placed = placed_in(state, scene.object, scene.design)
+    pose = placed.pose if placed is not None else None
     error = frame.origin.error
     depth, mask = frame.labels.depth_map_mm, frame.labels.contact_mask
     touch, taxels = frame.labels.touch, scene.output.taxels
@@ -125,20 +124,6 @@ def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
         }
         | ({f"tier_{name}": value for name, value in zip(TierError._fields, error or NONE, strict=True)})
     )
-
-
-def _pose(scene: SceneConfig, state: FrameState) -> Pose | None:
-    if scene.object is None or state.gap_mm is None:
-        return None
-    placed = place_object(
-        scene.object,
-        gap_mm=state.gap_mm,
-        x_mm=state.x_mm,
-        y_mm=state.y_mm,
-        twist_deg=state.twist_deg,
-        design=scene.design,
-    )
-    return placed.pose
 
 
 def _png(pixels: npt.NDArray[Any]) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from magicsim.light.backend import VARIANT, dr, plain_errors
 from magicsim.light.facing.finger import FacingFinger, FingerBody
 from magicsim.light.facing.glow import Glow, facing_light
 from magicsim.light.frame.anchored_image import REACH_PX, anchored_change, anchored_image
-from magicsim.light.frame.frame_image import Look, own_field, passing_light_change
+from magicsim.light.frame.frame_image import Look, own_field, passing_light_change, room_part
 from magicsim.light.frame.frame_light import Before, free_light, lifted, touched_light
 from magicsim.light.near.near_object import NearObject
 from magicsim.light.near.near_transport import NearTransport
@@ -191,19 +191,11 @@ class Renderer(PlainRenderer):
         """
         if not self._is_anchored or self.elastomer.design.is_opaque:
             return None
-        return self.of_sensor("room", self._room_radiance)
-
-    def _room_radiance(self) -> FloatImage:
-        """The share that the room has of what recorded paths see, of the image that has more of them."""
-        world, anchor, film = self.light(View()), self.anchor(), self._film
-        pixels, own = film.window.numbers(film.columns, film.rows), own_field(world, anchor)
-        room = replace(own, fluence=anchor.fields[ENVIRONMENT].fluence, body=anchor.fields[ENVIRONMENT].body)
-        whole = anchor.paths.direct[pixels] + anchor.paths.glow(world.elements(own), pixels)
-        seen = anchor.paths.glow(world.elements(room), pixels)
-        seen += anchor.paths.seen_of_room(world.inventory.environment, pixels)
-        share = np.divide(seen, whole, out=np.zeros_like(seen), where=whole > 0).clip(0, 1)
-        image = share * anchor.image.reshape(-1, 3)[pixels]
-        return film.seen(image.reshape(film.window.rows, film.window.columns, 3).astype(np.float32))
+        film, pixels = self._film, self._film.window.numbers(self._film.columns, self._film.rows)
+        shape = (film.window.rows, film.window.columns, 3)
+        return self.of_sensor(
+            "room", lambda: film.seen(room_part(self.light(View()), self.anchor(), pixels).reshape(shape))
+        )
 
     @plain_errors()
     def metered(self) -> FloatImage:

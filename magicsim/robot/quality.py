@@ -14,7 +14,7 @@ class Quality:
 
     name: str
     solve: Literal["full", "control"] = "full"
-    """Lattice and solver: `contact.quality`, where the scene's own is not coarser still."""
+    """Lattice and solver, see `contact.quality`; full keeps the scene's own."""
     render: dict[str, Any] = field(default_factory=dict)
     """Settings of `render`; the smaller number is taken where the scene's own is coarser still."""
     bounds: dict[str, Any] = field(default_factory=dict)

@@ -4,7 +4,9 @@ from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 from magicsim.arrays import Array
-from magicsim.geometry.indenter import Indenter
+from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.geometry.pose import Pose
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import Keyframe, SceneConfig
@@ -121,6 +123,16 @@ class FrameState:
 
 UNTOUCHED = FrameState(gap_mm=None, x_mm=0.0, y_mm=0.0, twist_deg=0.0, flashlight=False, light_x_mm=0.0)
 """The sensor alone, as in the reference frames."""
+
+
+def placed_in(state: FrameState, target: ObjectBase | None, design: ElastomerDesign) -> Indenter | None:
+    """The object where a state has it before a block; None where there is none."""
+    if state.gap_mm is None or target is None:
+        return None
+    return place_object(
+        target, gap_mm=state.gap_mm, x_mm=state.x_mm, y_mm=state.y_mm, twist_deg=state.twist_deg,
+        tilt_x_deg=state.tilt_x_deg, tilt_y_deg=state.tilt_y_deg, design=design,
+    )  # fmt: skip
 
 
 def timeline(scene: SceneConfig) -> list[FrameState]:

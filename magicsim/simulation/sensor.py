@@ -26,7 +26,7 @@ from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
-from magicsim.geometry.indenter import Indenter, place_object
+from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.limits import LimitsWatch
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.objects.rigid_object import ObjectBase
@@ -37,7 +37,7 @@ from magicsim.light.world.finish import Finish
 from magicsim.scenes.refusals import sensor_refusal
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import ContactSettings, RenderSettings, SceneConfig, TaxelSettings
-from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin, View, timeline
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin, View, placed_in, timeline
 from magicsim.simulation.emulation import Emulation
 from magicsim.simulation.meshes import Meshes, attach_meshes, check_walls, deformed_vertices, marker_map
 from magicsim.simulation.touch_truth import TouchTruth
@@ -218,18 +218,7 @@ class Sensor:
 
     def indenter(self, state: FrameState) -> Indenter | None:
         """The object as placed by a state."""
-        if state.gap_mm is None or self.object is None:
-            return None
-        return place_object(
-            self.object,
-            gap_mm=state.gap_mm,
-            x_mm=state.x_mm,
-            y_mm=state.y_mm,
-            twist_deg=state.twist_deg,
-            tilt_x_deg=state.tilt_x_deg,
-            tilt_y_deg=state.tilt_y_deg,
-            design=self.design,
-        )
+        return placed_in(state, self.object, self.design)
 
     def deform(self, state: FrameState, previous: Deformation) -> Deformation:
         """Equilibrium for a state in which contact is possible, warm-started from the previous one.

@@ -25,7 +25,7 @@ EPISODE_S = {"true": 1.5, "fast": 0.3}
 LOOK_S, RECORD_S = 3e-6, 4e-6
 """Core seconds of a pixel that is seen by recorded paths, and of a camera sample that is recorded."""
 FAST_S = 0.4
-"""Core seconds of a touch in the fast tier."""
+"""Core seconds of a touched frame in the fast tier, its frame before contact included; a near one takes a third."""
 FORCE_SOLVES, WRITE_S = 2, 0.004
 """Further equilibria on the way to a force, and core seconds of a row that is encoded and written."""
 COVERED = 0.93

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from magicsim.arrays import Array, Numbers
+from magicsim.arrays import Array, FloatImage, Numbers
 from magicsim.light.backend import dr
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_camera
@@ -19,6 +19,7 @@ from magicsim.light.transport.light_pass import FIXED_POINT, Tracks, sum_tracks
 from magicsim.light.transport.light_starts import ROUND_OBJECT, LightStarts, Sent, chunks
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.streams import PASSING, PASSING_ON_OBJECT, SEEDS_PER_RENDER
+from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.outside import Outside
 from magicsim.light.world.passing_light import PassingLight, PassingPart
 
@@ -73,6 +74,19 @@ class Look:
 def own_field(world: LitWorld, rest: Untouched) -> LightField:
     """Light of all lights of the untouched sensor."""
     return total([world.darkness(), *rest.fields.values()])
+
+
+def room_part(world: LitWorld, rest: Untouched, pixels: Numbers) -> FloatImage:
+    """What the room's light makes of some pixels of the untouched image, shape (pixels, 3).
+
+    The share that it has of what recorded paths see, of the image that has more of them.
+    """
+    own, room = own_field(world, rest), rest.fields[ENVIRONMENT]
+    paths, light = rest.paths, replace(own, fluence=room.fluence, body=room.body)
+    whole = paths.direct[pixels] + paths.glow(world.elements(own), pixels)
+    seen = paths.glow(world.elements(light), pixels) + paths.seen_of_room(world.inventory.environment, pixels)
+    share = np.divide(seen, whole, out=np.zeros_like(seen), where=whole > 0).clip(0, 1)
+    return np.asarray(share * rest.image.reshape(-1, 3)[pixels], np.float32)
 
 
 def passing_light_change(
