@@ -36,7 +36,7 @@ from sklearn.preprocessing import StandardScaler
 from magicsim.camera.camera import Camera
 from magicsim.camera.exposure import Exposure, expose, meter
 from magicsim.geometry.objects.kinds import parse_object
-from magicsim.judge.intervals import ends
+from magicsim.judge.measures import ends
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
 from magicsim.simulation.sensor import Sensor

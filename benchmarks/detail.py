@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 
-from magicsim.judge.intervals import ends
+from magicsim.judge.measures import ends
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.simulation.sensor import Sensor

@@ -29,7 +29,7 @@ from magicsim.camera.exposure import Exposure, expose, meter
 from magicsim.detectors import detect, fuse, load_profile
 from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.verdict import Contact, Proximity
-from magicsim.judge.intervals import exact_share
+from magicsim.judge.measures import exact_share
 from magicsim.light.records.untouched_store import shared_states
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED

@@ -31,8 +31,7 @@ from magicsim.detectors import (
     step_grasp,
     step_stream,
 )
-from magicsim.detectors.contact import grid_areas
-from magicsim.detectors.proximity import brightening_correlation, brightening_entropy, filter_channels
+from magicsim.detectors.features import brightening_correlation, brightening_entropy, filter_channels, grid_areas
 
 ROWS, COLUMNS, REFERENCES, SCENES = 320, 240, 30, 8
 

@@ -27,7 +27,7 @@ from magicsim_experiments.study.learned.localisation import read_touches
 
 from magicsim.dataset.generate import generate_dataset
 from magicsim.dataset.recipes.recipe import load_recipe
-from magicsim.judge.intervals import ends, resampled
+from magicsim.judge.measures import ends, resampled
 from magicsim.workers.attempt import WorkerOptions
 
 MARGIN = 1.15

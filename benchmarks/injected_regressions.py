@@ -19,10 +19,9 @@ from laboratory.injected_faults import FAULTS
 
 from magicsim.detectors import load_profile
 from magicsim.evaluation.answers import judge_footage
-from magicsim.evaluation.baseline import load_baseline, save_baseline
+from magicsim.evaluation.baseline import load_baseline, save_baseline, set_beside
 from magicsim.evaluation.detector import MakeDetector, ProfileDetector
 from magicsim.evaluation.evaluate import film_suite
-from magicsim.evaluation.provenance import set_beside
 from magicsim.evaluation.suite import SuiteConfig, load_suite
 from magicsim.judge.regression import Change
 from magicsim.judge.tally import JudgedEpisode

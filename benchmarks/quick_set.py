@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 
 from magicsim.config.program import versions
-from magicsim.evaluation.quick import FINER, INDEX, LIGHT, MIDDLE, UNTOUCHED, quick_suite
+from magicsim.evaluation.footage import FINER, INDEX, LIGHT, MIDDLE, UNTOUCHED, quick_suite
 from magicsim.evaluation.suite import SHIPPED, load_suite
 from magicsim.evaluation.take import Case, Take, cached_take, list_cases
 

@@ -22,7 +22,7 @@ from laboratory.rest_relative.judging import MEASURES, Reading, falls, judge, ju
 from laboratory.rest_relative.takes import COATED, TYPES, draw_takes
 
 from magicsim.evaluation.take import film_take, read_take, write_take
-from magicsim.judge.intervals import ends
+from magicsim.judge.measures import ends
 
 CAMERAS, DRAWN = 3, 20
 MIRRORS = ("mirror-dim", "mirror-bright")

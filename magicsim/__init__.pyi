@@ -1,4 +1,4 @@
-from magicsim.camera.calibration import calibrate_camera
+from magicsim.camera.projection import calibrate_camera
 from magicsim.dataset.generate import generate_dataset as make_dataset
 from magicsim.dataset.recipes.recipe import load_recipe
 from magicsim.deform.indentation.bearing import Bearing, press_limits

@@ -13,7 +13,7 @@ from magicsim.sweep.measures import Measured
 KIND = MeasureKind(
     title="Infill", unit="", digits=3, better=None, is_exact=True, meaning="Share of the block that is infill; exact."
 )
-"""What the table and the explorer say of it; in the package it is an entry of `MEASURES`."""
+"""What the table and the explorer say of it; in the package it is a row of `measures.csv`."""
 
 
 def infill_share(design: ElastomerDesign) -> Measured:

@@ -1,11 +1,12 @@
 """The camera and the lens plate in front of it: the tables `rig.camera` and `rig.lens` of a scene."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Self
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.camera.effect_settings import (
     H264,
@@ -137,48 +138,31 @@ class Camera(Config):
     compression: Compression | None = None
     """Compression of the stream: frames are stored and judged as they come out of it; none by default."""
 
-    @model_validator(mode="after")
-    def _check_axis(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         if any(
             abs(offset) > size / 2
             for offset, size in zip(self.principal_offset_px, (self.columns, self.rows), strict=True)
         ):
-            raise ValueError(
+            yield (
                 f"principal_offset_px = {list(self.principal_offset_px)} is not allowed: must lie in the image of "
                 f"{self.columns} x {self.rows} pixels, counted from its centre"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _check_noise(self) -> Self:
         faults = {f"faults.{name}": getattr(self.faults, name) for name in ("dark_e", "row_e")}
         for name, noise in ({"read_noise_e": self.read_noise_e} | faults).items():
             if noise > self.full_well_e:
-                msg = f"{name} = {noise:g} is not allowed: must be at most full_well_e = {self.full_well_e:g}"
-                raise ValueError(msg)
-        return self
-
-    @model_validator(mode="after")
-    def _check_compression(self) -> Self:
+                yield f"{name} = {noise:g} is not allowed: must be at most full_well_e = {self.full_well_e:g}"
         if isinstance(self.compression, H264) and (self.columns % 2 or self.rows % 2):
-            msg = f"compression.kind = 'h264' is not allowed with {self.columns} x {self.rows} pixels: must be even"
-            raise ValueError(msg)
-        return self
-
-    @model_validator(mode="after")
-    def _check_region(self) -> Self:
+            yield f"compression.kind = 'h264' is not allowed with {self.columns} x {self.rows} pixels: must be even"
         if self.region_px is not None:
             column, row, columns, rows = self.region_px
             if column + columns > self.columns or row + rows > self.rows:
-                raise ValueError(
+                yield (
                     f"region_px = {list(self.region_px)} is not allowed: must lie in the image of {self.columns} x "
                     f"{self.rows} pixels"
                 )
             used = [name for name, off in WHOLE_IMAGE.items() if getattr(self, name) != off]
             if used or self.shutter.moves:
-                msg = f"region_px is not allowed with {(used or ['shutter.moves'])[0]}: it needs the whole image"
-                raise ValueError(msg)
-        return self
+                yield f"region_px is not allowed with {(used or ['shutter.moves'])[0]}: it needs the whole image"
 
     @property
     def window(self) -> Window:

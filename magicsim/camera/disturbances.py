@@ -140,13 +140,10 @@ def between_frames(before: FloatImage, now: FloatImage, shutter: Shutter, *, fra
     return np.asarray(before + share * (now - before), np.float32)
 
 
-def readout_fits(shutter: Shutter, *, rows: int, frames_per_second: float) -> bool:
-    """Whether the rows are read before the next frame's are."""
-    return 1e-6 * shutter.row_us * rows * frames_per_second <= 1 + ROUNDING
-
-
-def readout_problem(shutter: Shutter, *, rows: int, frames_per_second: float) -> str:
-    """What is wrong where they are not."""
+def readout_problem(shutter: Shutter, *, rows: int, frames_per_second: float) -> str | None:
+    """What is wrong with a shutter that does not read the rows before the next frame's."""
+    if 1e-6 * shutter.row_us * rows * frames_per_second <= 1 + ROUNDING:
+        return None
     return (
         f"camera.shutter.row_us = {shutter.row_us:g} is not allowed: {rows} rows are read in "
         f"{1e-3 * shutter.row_us * rows:.3g} ms, which must be at most the {1000 / frames_per_second:.3g} ms between "

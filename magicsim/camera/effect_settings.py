@@ -6,9 +6,10 @@ fields of `Camera` (`magicsim.camera.camera`). Ranges are *assumed* unless a sou
 """
 
 import math
-from typing import Annotated, Literal, Self
+from collections.abc import Iterator
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.config.models import Config
 
@@ -43,17 +44,15 @@ class LiveExposure(Config):
     """Relative error of brightness or of a channel that is left as it is, which keeps the gain from hunting; assumed, 0
     to 0.1."""
 
-    @model_validator(mode="after")
-    def _check_settles(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         least = least_frames(self.delay_frames)
         for name in ("time_constant_frames", "white_balance_frames"):
             value = getattr(self, name)
             if value <= least:
-                raise ValueError(
+                yield (
                     f"{name} = {value:g} is not allowed with delay_frames = {self.delay_frames}: exposure would swing "
                     f"and never settle; must be above {least:.3g}"
                 )
-        return self
 
 
 class Shutter(Config):

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from magicsim.arrays import Array, FloatImage, Frame
 from magicsim.camera.camera import Camera
-from magicsim.camera.disturbances import between_frames, flicker_share, led_drift, readout_fits, readout_problem
+from magicsim.camera.disturbances import between_frames, flicker_share, led_drift, readout_problem
 from magicsim.camera.effect_settings import H264, LiveExposure, correction_share
 from magicsim.camera.exposure import Exposure, Lit, VideoCodec, aimed_signal, expose, meter, sensed
 from magicsim.errors import RenderError
@@ -234,8 +234,8 @@ class CameraStream:
         """Light of the frame as it swings, wanders and moves, shape (rows, columns, 3)."""
         camera, light = self.camera, radiance
         rate, time_s = at.frames_per_second, round(at.time_s, 6)  # microseconds, however the time was summed up
-        if not readout_fits(camera.shutter, rows=camera.rows, frames_per_second=rate):
-            raise RenderError(readout_problem(camera.shutter, rows=camera.rows, frames_per_second=rate))
+        if problem := readout_problem(camera.shutter, rows=camera.rows, frames_per_second=rate):
+            raise RenderError(problem)
         if camera.shutter.moves and memory.before is not None and memory.before.shape == radiance.shape:
             light = between_frames(memory.before, radiance, camera.shutter, frames_per_second=rate)
         if camera.led_drift is None and (camera.flicker is None or self.room is None):

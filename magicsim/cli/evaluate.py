@@ -103,8 +103,7 @@ def evaluate(
     known = kept.load_baseline(baseline) if baseline is not None else None
     from magicsim.cli.progress import show_progress
     from magicsim.evaluation.evaluate import evaluate_suite
-    from magicsim.evaluation.junit import write_junit
-    from magicsim.evaluation.page import describe, write_results
+    from magicsim.evaluation.page import describe, write_junit, write_results
 
     config, films, left_out = _chosen(config, on=on, quick=quick, is_shipped=is_shipped)
     if films is None:
@@ -137,7 +136,7 @@ def _chosen(
 
         suite, existing = existing_footage(on, suite)
         return suite, [[film] for film in existing], []
-    from magicsim.evaluation.quick import quick_suite, shipped_films
+    from magicsim.evaluation.footage import quick_suite, shipped_films
 
     suite, left_out = quick_suite(suite) if quick else (suite, [])
     return suite, shipped_films(suite) if is_shipped else None, left_out

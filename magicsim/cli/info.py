@@ -80,7 +80,7 @@ def camera(
     scene: str, *, settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
     """Intrinsics, distortion and millimetres per pixel at every layer of a scene's sensor."""
-    from magicsim.camera.calibration import calibrate_camera
+    from magicsim.camera.projection import calibrate_camera
     from magicsim.scenes.scene import load_scene
 
     config = load_scene(scene, settings or [], seed=seed)

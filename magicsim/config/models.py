@@ -3,9 +3,9 @@
 Every error is one line: the file, and all that is wrong with it, each field, its value, what is allowed.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
@@ -171,6 +171,16 @@ class Config(BaseModel):
             if field is not None and field.annotation is not bool and any(isinstance(part, bool) for part in parts):
                 raise ValueError(f"{key} = {value!r} is not allowed: must not be true or false")
         return data
+
+    @model_validator(mode="after")
+    def _refuse_problems(self) -> Self:
+        for problem in filter(None, self._problems()):
+            raise ValueError(problem)
+        return self
+
+    def _problems(self) -> Iterable[str | None]:
+        """What is not allowed of values together: the first is told. Each may rely on those before; None is none."""
+        return ()
 
 
 NAMED = ("design", "rig", "object")

@@ -18,11 +18,10 @@ from magicsim.dataset.assembly import Assembly
 from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.manifest import CALIBRATION, CARD, CONFIG, FOLDER, SENSORS, Manifest
-from magicsim.dataset.pressed import at_force
 from magicsim.dataset.recipes.draw import Drawn, DrawnEpisode, draw_episodes, draw_sensors, sensor_of
 from magicsim.dataset.recipes.estimate import Cost, estimate
 from magicsim.dataset.recipes.recipe import Recipe
-from magicsim.dataset.rows import SampleTask, nominal_calibration, sensors_table, simulate_sample
+from magicsim.dataset.rows import SampleTask, at_force, nominal_calibration, sensors_table, simulate_sample
 from magicsim.dataset.shard import Column, schema_of_columns
 from magicsim.emulator.emulator import OFF
 from magicsim.errors import ConvergenceError, MagicsimError, OutputError, RenderError

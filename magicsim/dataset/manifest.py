@@ -1,10 +1,11 @@
 """What a dataset's folder holds, with the hash of every file: `manifest.json`; `recorded.json` of a real sensor's."""
 
 import hashlib
+from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.config.documents import read_json
 from magicsim.config.models import Config, validate
@@ -66,13 +67,11 @@ class Manifest(FolderIndex):
     sha256: str = ""
     """Hash of this manifest itself, see `magicsim.folder.listing.sealed`."""
 
-    @model_validator(mode="after")
-    def _stay_in_the_folder(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         for name in (*self.files, *(entry.file for entry in self.shards)):
             path = PurePosixPath(name)
             if path.is_absolute() or ".." in path.parts or not path.name:
-                raise ValueError(f"file = '{name}' is not allowed: must be a path below the dataset's folder")
-        return self
+                yield f"file = '{name}' is not allowed: must be a path below the dataset's folder"
 
     def constants(self) -> dict[str, str]:
         """Columns that say in every row of the dataset what made it."""

@@ -19,10 +19,10 @@ import numpy.typing as npt
 from magicsim.arrays import Frame
 from magicsim.dataset.assembly import split_of
 from magicsim.dataset.manifest import PREVIEW_FILES, SHEET, STATISTICS
-from magicsim.dataset.pressed import at_force
 from magicsim.dataset.recipes.draw import DrawnEpisode, draw_episodes
 from magicsim.dataset.recipes.estimate import estimate, odd_step
 from magicsim.dataset.recipes.recipe import Recipe
+from magicsim.dataset.rows import at_force
 from magicsim.folder.listing import is_sealed, sealed, sha256_of
 from magicsim.folder.result import result_file
 from magicsim.folder.target import output_errors, refuse_foreign

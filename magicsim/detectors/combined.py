@@ -11,10 +11,17 @@ from dataclasses import dataclass, replace
 
 import numpy.typing as npt
 
-from magicsim.detectors.contact import decide_contact, grid_areas, grid_similarity
+from magicsim.detectors.features import (
+    brightening_correlation,
+    brightening_entropy,
+    decide_contact,
+    decide_proximity,
+    filter_channels,
+    grid_areas,
+    grid_similarity,
+)
 from magicsim.detectors.frame import Frame, check_frame
 from magicsim.detectors.profile import DetectorProfile
-from magicsim.detectors.proximity import brightening_correlation, brightening_entropy, decide_proximity, filter_channels
 from magicsim.detectors.rest import References, fuse
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
 from magicsim.errors import ConfigError

@@ -24,11 +24,16 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.detectors.contact import grid_areas, grid_similarity
+from magicsim.detectors.features import (
+    brightening_correlation,
+    brightening_entropy,
+    filter_channels,
+    grid_areas,
+    grid_similarity,
+)
 from magicsim.detectors.frame import Frame, check_frame
 from magicsim.detectors.fusion import BackgroundReference, GridReference, blur, fuse_background, fuse_grid
 from magicsim.detectors.profile import DetectorProfile
-from magicsim.detectors.proximity import brightening_correlation, brightening_entropy, filter_channels
 from magicsim.detectors.verdict import REPEATABILITY_SD, Contact, Proximity, Verdict
 from magicsim.errors import ConfigError, FrameError
 

@@ -15,8 +15,8 @@ import numpy.typing as npt
 
 from magicsim.arrays import AnyArray
 from magicsim.camera.projection import pixel_landing_mm
-from magicsim.dataset.pressed import at_force
 from magicsim.dataset.recipes.draw import DrawnEpisode
+from magicsim.dataset.rows import at_force
 from magicsim.emulator.fields import FieldMaker, Fields
 from magicsim.errors import ConvergenceError, RenderError
 from magicsim.light.records.untouched_store import shared_states

@@ -7,17 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from magicsim.detectors.verdict import Proximity
-from magicsim.evaluation.answers import judge_footage
-from magicsim.evaluation.baseline import Baseline
+from magicsim.evaluation.answers import check_order, judge_footage
+from magicsim.evaluation.baseline import Baseline, Comparison, condition_of, set_beside
 from magicsim.evaluation.detector import MakeDetector, ProfileDetector, detector_by
 from magicsim.evaluation.footage import Footage, count_takes, film_case, read_recordings
-from magicsim.evaluation.provenance import Comparison, condition_of, set_beside
 from magicsim.evaluation.rest import Rest, rest_streams
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.evaluation.take import list_cases
-from magicsim.evaluation.trial import check_order
 from magicsim.frame_class import FrameClass
-from magicsim.judge.collapse import Collapse, collapses
 from magicsim.judge.curves import (
     NO_TOUCH,
     NOTHING_NEAR,
@@ -27,9 +24,8 @@ from magicsim.judge.curves import (
     detection_by_distance,
     trade_off,
 )
-from magicsim.judge.intervals import MeasureEstimate, estimate, exact_share
-from magicsim.judge.measures import COMPUTE, TABLE
-from magicsim.judge.regression import Change
+from magicsim.judge.measures import COMPUTE, TABLE, MeasureEstimate, estimate, exact_share
+from magicsim.judge.regression import Change, Collapse, collapses
 from magicsim.judge.tally import JudgedEpisode, confusion, is_faultless, tally
 from magicsim.judge.verdicts import COATED
 from magicsim.waiting import Told, on_stderr, unheard, waiting

@@ -1,10 +1,11 @@
-"""The results of an evaluation as files and as lines for people."""
+"""The results of an evaluation as files, as lines for people, and as JUnit's XML, which build servers read."""
 
 import json
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from xml.etree import ElementTree
 
 import tomli_w
 from markupsafe import Markup
@@ -15,10 +16,9 @@ from magicsim.evaluation.evaluate import Evaluation
 from magicsim.evaluation.pictures import changed_sheet, plot_detection, plot_roc, sheet
 from magicsim.evaluation.rest import Rest
 from magicsim.evaluation.suite import SuiteConfig
-from magicsim.folder import MARKER, SIGNATURE, result_folder
+from magicsim.folder import MARKER, SIGNATURE, result_file, result_folder
 from magicsim.judge.changed_frames import FrameRun
-from magicsim.judge.intervals import MeasureEstimate
-from magicsim.judge.measures import COMPUTE, SHARE, TABLE
+from magicsim.judge.measures import COMPUTE, SHARE, TABLE, MeasureEstimate
 from magicsim.judge.regression import Change
 from magicsim.judge.tally import SIMULATED
 from magicsim.notebook.screen import STRONGER
@@ -241,3 +241,43 @@ def _drawn(result: Evaluation, which: str) -> Markup | None:
     axis, scored = ("gap [mm]", near) if which == "distance" else ("depth [mm]", touched)
     label = f"Detection rate against {which}"
     return Markup(plot_detection(points, axis=axis, name=which, scored_mm=scored, label=label))
+
+
+def junit(result: Evaluation) -> ElementTree.ElementTree:
+    """Failures are measures that fell and classes that collapsed; an error is that nothing could be judged."""
+    suite = ElementTree.Element("testsuite", name=f"{result.detector} on {result.suite}")
+    for each in result.changes:
+        row = change_row(each)
+        case = _case(suite, each.condition, row.title)
+        told = ElementTree.SubElement(case, "properties")
+        for name, value in (("meaning", TABLE[each.measure].meaning), ("smallest fall to be found", row.smallest)):
+            ElementTree.SubElement(told, "property", name=name, value=value)
+        if each.is_regression:
+            frames = [
+                f"{run.episode} {span(run.first, run.last)}: {run.truth}, {run.baseline} -> {run.current}"
+                for run in each.frames
+            ]
+            message = f"{row.baseline} -> {row.current}" + (f", p = {row.p}" if row.is_tested else "")
+            ElementTree.SubElement(case, "failure", message=message).text = "\n".join(frames)
+    for collapse in result.collapses:
+        case = _case(suite, result.standard, f"collapse of {collapse.of}")
+        if not collapse.is_known:
+            ElementTree.SubElement(case, "failure", message=collapse.says)
+    case = _case(suite, result.standard, "a fall could have been found")
+    if result.cannot_judge:
+        ElementTree.SubElement(case, "error", message=f"cannot judge: {result.cannot_judge}")
+    ElementTree.SubElement(suite, "system-out").text = "\n".join(moved_lines(result))
+    for name, kind in (("tests", "testcase"), ("failures", "failure"), ("errors", "error")):
+        suite.set(name, str(len(list(suite.iter(kind)))))
+    suite.set("time", f"{result.seconds:.3f}")
+    return ElementTree.ElementTree(suite)
+
+
+def write_junit(result: Evaluation, path: Path) -> None:
+    """Writes the XML; the file appears whole or not at all."""
+    with result_file(path) as partial:
+        junit(result).write(partial, encoding="utf-8", xml_declaration=True)
+
+
+def _case(suite: ElementTree.Element, condition: str, name: str) -> ElementTree.Element:
+    return ElementTree.SubElement(suite, "testcase", classname=condition, name=name)

@@ -17,7 +17,7 @@ from magicsim.evaluation.answers import detection_of, features_of, fitted
 from magicsim.evaluation.detector import MakeDetector
 from magicsim.evaluation.footage import ExposedTake, Footage
 from magicsim.frame_class import FrameClass
-from magicsim.judge.intervals import count_ends
+from magicsim.judge.measures import count_ends
 from magicsim.judge.tally import JudgedEpisode
 
 HOUR_S = 3600.0

@@ -1,11 +1,11 @@
 """A suite: which objects move how, under which light and noise. The configuration of `detectors/suites/*.toml`."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.config.models import Config, apply_overrides, read_whole, validate
 from magicsim.config.presets import find_preset
@@ -13,8 +13,7 @@ from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.rigid_object import AngleDeg
 from magicsim.judge.tally import FIRST_PLACE, RECORDED, Role
-from magicsim.scenes.lamps import PlaceMm
-from magicsim.scenes.rig import Rig
+from magicsim.scenes.rig import PlaceMm, Rig
 from magicsim.scenes.scene import FRAMES_PER_SECOND, FrameNumber, FrameRate, GapMm, RenderSettings, Seed
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
@@ -65,11 +64,9 @@ class PathFrame(Config):
     light_x_mm: PlaceMm = 0.0
     """Shift of the flashlight along x [mm]."""
 
-    @model_validator(mode="after")
-    def _check_distance(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         if self.gap_mm is not None and self.press is not None:
-            raise ValueError(f"frame {self.frame} gives both gap_mm and press: must be one of them")
-        return self
+            yield f"frame {self.frame} gives both gap_mm and press: must be one of them"
 
     @property
     def has_object(self) -> bool:
@@ -85,12 +82,10 @@ class SuitePath(Config):
     """Coulomb's coefficient between skin and object."""
     frames: Annotated[tuple[PathFrame, ...], Field(min_length=1)]
 
-    @model_validator(mode="after")
-    def _check_order(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         numbers = [each.frame for each in self.frames]
         if numbers[0] != 0 or any(later <= earlier for earlier, later in pairwise(numbers)):
-            raise ValueError(f"frames.frame = {numbers} is not allowed: must start at 0 and increase")
-        return self
+            yield f"frames.frame = {numbers} is not allowed: must start at 0 and increase"
 
 
 class SuiteLight(Config):
@@ -193,34 +188,32 @@ class SuiteConfig(Config):
         """
         return _sensor_of(self.design, self.rig, place)
 
-    @model_validator(mode="after")
-    def _check_names(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         known = {"objects": self.objects, "paths": self.paths, "lights": self.lights, "places": self.places}
         for key, entries in (*known.items(), ("noises", self.noises), ("recordings", self.recordings)):
             names = [each.name for each in entries]  # type: ignore[attr-defined]
             twice = sorted({name for name in names if names.count(name) > 1})
             if twice:
-                raise ValueError(f"{key}.name = '{twice[0]}' is given twice: names must differ")
+                yield f"{key}.name = '{twice[0]}' is given twice: names must differ"
         for block in self.episodes:
             for key, entries in known.items():
                 choices = [each.name for each in entries]  # type: ignore[attr-defined]
                 for name in getattr(block, key):
                     if name not in choices:
-                        raise ValueError(unknown_choice(f"episodes.{key}", name, choices))
+                        yield unknown_choice(f"episodes.{key}", name, choices)
         takes = sum(
             len(block.objects) * len(block.paths) * len(block.lights) * len(block.seeds) * max(1, len(block.places))
             for block in self.episodes
         )
         if takes > MAX_TAKES:
-            raise ValueError(f"{takes} combinations in episodes are too many: at most {MAX_TAKES}")
+            yield f"{takes} combinations in episodes are too many: at most {MAX_TAKES}"
         if self.episodes and self.design.is_opaque:
-            raise ValueError(
+            yield (
                 "design.coat is opaque, which is not allowed in a suite: its detectors see through the sensor; must be "
                 "none or a half mirror"
             )
         if not self.episodes and not self.recordings:
-            raise ValueError("episodes and recordings are both empty: a suite needs at least one of them")
-        return self
+            yield "episodes and recordings are both empty: a suite needs at least one of them"
 
 
 def _sensor_of(design: ElastomerDesign, rig: Rig, place: SuitePlace) -> tuple[ElastomerDesign, Rig]:

@@ -19,7 +19,7 @@ from magicsim.errors import ConfigError, unknown_choice
 from magicsim.fit.strengths import Strengths
 from magicsim.folder import result_file
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
-from magicsim.scenes.lamps import BRIGHTEST, FAINTEST
+from magicsim.scenes.rig import BRIGHTEST, FAINTEST
 from magicsim.scenes.scene import SceneConfig
 
 EVERY = "*"

@@ -4,10 +4,11 @@ A coat with a thickness and a modulus stiffens the face as a membrane (`magicsim
 it is seen and not felt.
 """
 
+from collections.abc import Iterator
 from math import cbrt
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.config.models import Config
 
@@ -57,12 +58,10 @@ class Sheet(Config):
             )
         return None
 
-    @model_validator(mode="after")
-    def _check_pair(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         if (self.thickness_mm is None) != (self.modulus_mpa is None):
             missing, given = ("thickness_mm", "modulus_mpa")[:: 1 if self.thickness_mm is None else -1]
-            raise ValueError(f"{missing} is missing: a coat with {given} needs both, one without stiffness neither")
-        return self
+            yield f"{missing} is missing: a coat with {given} needs both, one without stiffness neither"
 
 
 class OpaqueCoat(Sheet):
@@ -86,14 +85,13 @@ class HalfMirror(Sheet):
     transmittance: Annotated[float, Field(ge=0, le=1)]
     """Share of light that the film alone lets through, 0..1; what is neither reflected nor transmitted is absorbed."""
 
-    @model_validator(mode="after")
-    def _check_energy(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
+        yield from super()._problems()
         if not 0 < self.reflectance + self.transmittance <= 1:
-            raise ValueError(
+            yield (
                 f"reflectance + transmittance = {self.reflectance + self.transmittance:g} is not allowed: must be "
                 "above 0 and at most 1"
             )
-        return self
 
 
 Coat = Annotated[OpaqueCoat | HalfMirror, Field(discriminator="kind")]

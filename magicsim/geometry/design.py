@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.arrays import Array
 from magicsim.config.models import Config, load_preset
@@ -211,13 +211,6 @@ class ElastomerDesign(Config):
     def mounted(self, mounting: Mounting) -> Self:
         """This print on another mounting."""
         return self.model_copy(update={"mounting": mounting})
-
-    @model_validator(mode="after")
-    def _check_limits(self) -> Self:
-        problem = next(filter(None, self._problems()), None)
-        if problem is not None:
-            raise ValueError(problem)
-        return self
 
     def _problems(self) -> Iterator[str | None]:
         """Why the block cannot be printed, rule by rule, each once those before it hold; None where a rule holds."""

@@ -9,12 +9,13 @@ the face, as MagicTac's authors print them; the back stays flat on the lens, and
 """
 
 import os
+from collections.abc import Iterator
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.arrays import Array
 from magicsim.config.models import Config
@@ -41,17 +42,14 @@ class Dome(Config):
     rim_mm: Annotated[float, Field(ge=0, le=25)] = 0.3
     """Height over which dome and rim blend [mm]; at most `crown_mm`."""
 
-    @model_validator(mode="after")
-    def _check_shape(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         radii = [radius for radius in (self.radius_x_mm, self.radius_y_mm) if radius is not None]
         if not radii:
-            raise ValueError("radius_x_mm and radius_y_mm are missing: a dome needs one of them")
+            yield "radius_x_mm and radius_y_mm are missing: a dome needs one of them"
         if self.crown_mm > min(radii):
-            msg = f"crown_mm = {self.crown_mm:g} is not allowed: must be at most the smaller radius, {min(radii):g}"
-            raise ValueError(msg)
+            yield f"crown_mm = {self.crown_mm:g} is not allowed: must be at most the smaller radius, {min(radii):g}"
         if self.rim_mm > self.crown_mm:
-            raise ValueError(f"rim_mm = {self.rim_mm:g} is not allowed: must be at most crown_mm = {self.crown_mm:g}")
-        return self
+            yield f"rim_mm = {self.rim_mm:g} is not allowed: must be at most crown_mm = {self.crown_mm:g}"
 
     def problem(self, height_mm: float) -> str | None:
         """Why a block cannot have this face, or None where it can."""

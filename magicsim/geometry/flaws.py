@@ -1,9 +1,10 @@
 """How a print differs from its drawing: `unevenness`, `roughness` and `inclusions` of a design."""
 
-from typing import Annotated, Self
+from collections.abc import Iterator
+from typing import Annotated
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.arrays import Array
 from magicsim.config.models import Config
@@ -67,21 +68,19 @@ class Unevenness(Config):
         """Whether the cells' surfaces are where they are drawn."""
         return self.wall_sd_mm == 0 and self.wave_sd_mm == 0 and not self.shifts_cells
 
-    @model_validator(mode="after")
-    def _check_parts(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         for part in ("wave", "skin"):
             spread, length = getattr(self, f"{part}_sd_mm"), getattr(self, f"{part}_length_mm")
             if 10 * spread > length:
-                raise ValueError(
+                yield (
                     f"{part}_sd_mm = {spread:g} is not allowed with {part}_length_mm = {length:g}: "
                     "must be at most a tenth of it"
                 )
         if self.torn_share > 0 and self.crossing_radius_mm > 0:
-            raise ValueError(
+            yield (
                 f"torn_share = {self.torn_share:g} is not allowed with crossing_radius_mm = "
                 f"{self.crossing_radius_mm:g}: one of them must be 0, since a wall is missing up to its crossings"
             )
-        return self
 
     def shift_mm(self, places: Array, low_mm: Array, high_mm: Array) -> Array:
         """How far a pitch that is not the drawn one moves places in a core between two corners, shape (places, 3) [mm].
@@ -170,13 +169,11 @@ class Inclusions(Config):
         bubbles = self.bubble_radius_mm[1] if self.bubbles_per_mm3 > 0 else 0.0
         return max(bubbles, self.flake_radius_mm[1] if self.flakes_per_mm3 > 0 else 0.0)
 
-    @model_validator(mode="after")
-    def _check_ranges(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         for name in ("bubble_radius_mm", "flake_radius_mm"):
             low, high = getattr(self, name)
             if low > high:
-                raise ValueError(f"{name} = [{low:g}, {high:g}] is not allowed: the first must be at most the second")
-        return self
+                yield f"{name} = [{low:g}, {high:g}] is not allowed: the first must be at most the second"
 
     def problem(self, cell_mm: float) -> str | None:
         """Why bubbles and flakes do not fit into cells with that edge, 0 without a grid, or None where they do."""

@@ -7,10 +7,11 @@ Strengths are told as the lowest and the highest of a data sheet, or of what is 
 
 import logging
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, Self
+from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.config.models import Config
 
@@ -41,17 +42,15 @@ class PressLimits(Config):
     infill_yield_mpa: tuple[Strength, Strength] | None = None
     """Shear stress at which the infill begins to flow: lowest and highest [MPa]."""
 
-    @model_validator(mode="after")
-    def _check_sharp(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         for name in ("force_n", "depth_mm"):
             most, sharp = getattr(self, name), getattr(self, f"sharp_{name}")
             if most is not None and sharp is not None and sharp > most:
-                raise ValueError(f"sharp_{name} = {sharp:g} is not allowed: must be at most {name} = {most:g}")
+                yield f"sharp_{name} = {sharp:g} is not allowed: must be at most {name} = {most:g}"
         for name in STRENGTHS:
             low, high = getattr(self, name) or (0.0, 0.0)
             if low > high:
-                raise ValueError(f"{name} = [{low:g}, {high:g}] is not allowed: must not fall")
-        return self
+                yield f"{name} = [{low:g}, {high:g}] is not allowed: must not fall"
 
     def excess(self, *, depth_mm: float, force_n: float, area_mm2: float) -> str:
         """What of a touch is above its limit, with figures; empty where nothing is, and without force.

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from magicsim.arrays import Array, Index
 from magicsim.errors import ConfigError
 from magicsim.frame_class import FrameClass
-from magicsim.judge.intervals import LEAST_EPISODES, ends, resampled
+from magicsim.judge.measures import LEAST_EPISODES, ends, resampled
 from magicsim.judge.tally import JudgedEpisode, class_scores
 
 

@@ -3,19 +3,17 @@
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 import numpy as np
 
 from magicsim.errors import MagicsimError
 from magicsim.folder import check_place
-from magicsim.live.controls import Controls, Course
+from magicsim.live.controls import Controls, Course, View3D
 from magicsim.live.recording import Recording, recording_name
 from magicsim.live.server import close_server, open_server
 from magicsim.live.session import Session
 from magicsim.live.sight import Sight, Wish, force_lines, frame_picture, state_line, verdict_table
-from magicsim.live.view3d import View3D
 from magicsim.live.worker import Worker
 from magicsim.robot.quality import Quality, find_quality
 from magicsim.robot.workspace import Workspace
@@ -122,9 +120,7 @@ class LiveWindow:
         """Itself."""
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Closes."""
         self.close()
 

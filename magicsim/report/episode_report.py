@@ -17,7 +17,7 @@ from types import ModuleType
 from PIL import Image, ImageDraw, ImageFont
 
 from magicsim.arrays import Frame
-from magicsim.camera.calibration import calibrate_camera
+from magicsim.camera.projection import calibrate_camera
 from magicsim.dataset.rows import frame_rows
 from magicsim.detectors.verdict import Verdict
 from magicsim.errors import ConfigError, FrameError, OutputError

@@ -14,16 +14,19 @@ from magicsim.judge.verdicts import Judgement
 from magicsim.notebook.screen import STRONGER
 from magicsim.report.drawing import CLASS_COLORS
 from magicsim.report.plots import plot_features, plot_force_depth, plot_forces
-from magicsim.report.story import Caption, pick_frames, tell_phases, write_caption
 from magicsim.report.tables import (
+    Caption,
     Mistake,
     RestRow,
     ScoreTable,
     contact_table,
     list_mistakes,
+    pick_frames,
     proximity_table,
     rest_rows,
     solve_rows,
+    tell_phases,
+    write_caption,
 )
 from magicsim.report.text import MINUS, data_uri, page_template, short_name, span
 from magicsim.scenes.rig import Rig

@@ -7,7 +7,6 @@ object; each sees the other one behind the object (`magicsim.light.facing`).
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from types import TracebackType
 from typing import Self
 
 from magicsim.config.ranges import check_number
@@ -299,9 +298,7 @@ class Gripper:
         """Itself."""
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Releases."""
         self.release()
 

@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 import numpy as np
@@ -19,9 +18,8 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
 from magicsim.robot.darkroom import FULL, Darkroom, Moment
 from magicsim.robot.quality import Quality, find_quality
-from magicsim.robot.travel import contact_areas_mm2, slip_share, travel
-from magicsim.robot.workspace import Workspace
-from magicsim.scenes.lamps import FARTHEST_MM
+from magicsim.robot.workspace import Workspace, contact_areas_mm2, slip_share, travel
+from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing
 from magicsim.simulation.episode import FrameTruth, SimulatedFrame
@@ -162,12 +160,12 @@ class LiveSensor:
 
     @property
     def slip_share(self) -> float:
-        """Share of the normal force that presses on sliding points, 0..1; see `magicsim.robot.travel`."""
+        """Share of the normal force that presses on sliding points, 0..1; see `magicsim.robot.workspace`."""
         return slip_share(self._deformation, self._area_mm2)
 
     @property
     def slid_mm(self) -> float:
-        """How far the skin has slid over the object since the stream began, see `magicsim.robot.travel` [mm]."""
+        """How far the skin has slid over the object since the stream began, see `magicsim.robot.workspace` [mm]."""
         return self._slid_mm
 
     @property
@@ -350,9 +348,7 @@ class LiveSensor:
         """Itself."""
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Closes."""
         self.close()
 

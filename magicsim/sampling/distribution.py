@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag
 
 from magicsim.arrays import Array
 from magicsim.config.models import Config
@@ -40,8 +40,7 @@ class Distribution(Config):
     weights: tuple[Weight, ...] | None = None
     """How often each is chosen, relative; equally often by default."""
 
-    @model_validator(mode="after")
-    def _check_family(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         families = [
             self.low is not None or self.high is not None,
             self.mean is not None or self.sd is not None,
@@ -49,18 +48,14 @@ class Distribution(Config):
         ]
         whole = [None not in (self.low, self.high), None not in (self.mean, self.sd), self.choices is not None]
         if sum(families) != 1 or families != whole:
-            raise ValueError("a distribution needs either low and high, or mean and sd, or choices")
+            yield "a distribution needs either low and high, or mean and sd, or choices"
         if self.low is not None and self.high is not None:
-            self._check_interval(self.low, self.high)
+            if self.low > self.high:
+                yield f"low = {self.low:g} is not allowed: must be at most high = {self.high:g}"
+            if self.scale == "log" and self.low <= 0:
+                yield f"low = {self.low:g} is not allowed with scale 'log': must be above 0"
         if self.choices is not None and self.weights is not None:
-            check_weights(self.weights, len(self.choices))
-        return self
-
-    def _check_interval(self, low: float, high: float) -> None:
-        if low > high:
-            raise ValueError(f"low = {low:g} is not allowed: must be at most high = {high:g}")
-        if self.scale == "log" and low <= 0:
-            raise ValueError(f"low = {low:g} is not allowed with scale 'log': must be above 0")
+            yield weights_problem(self.weights, len(self.choices))
 
     @property
     def lowest(self) -> float:
@@ -118,14 +113,11 @@ def choose(share: float, weights: tuple[float, ...]) -> int:
     return min(int(np.searchsorted(ends, share, side="right")), len(weights) - 1)
 
 
-def check_weights(weights: tuple[float, ...], count: int) -> None:
-    """Refuses weights that do not belong to as many things, or of which none is above 0.
-
-    Raises:
-        ValueError: With what is allowed.
-    """
-    if len(weights) != count or not any(weights):
-        raise ValueError(f"weights = {list(weights)} is not allowed: must be {count} numbers, one of them above 0")
+def weights_problem(weights: tuple[float, ...], count: int) -> str | None:
+    """What is wrong with weights that do not belong to as many things, or of which none is above 0."""
+    if len(weights) == count and any(weights):
+        return None
+    return f"weights = {list(weights)} is not allowed: must be {count} numbers, one of them above 0"
 
 
 if TYPE_CHECKING:

@@ -1,21 +1,20 @@
 """A scene: a design on a rig, and what moves. The configuration of `scenes/*.toml`."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from magicsim.camera.disturbances import readout_fits, readout_problem
+from magicsim.camera.disturbances import readout_problem
 from magicsim.config.models import Config, load_preset
 from magicsim.config.named_files import MODEL_SUFFIX
 from magicsim.geometry.design import FACET_MM, ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.rigid_object import AngleDeg
-from magicsim.scenes.lamps import PlaceMm
 from magicsim.scenes.refusals import flashlight_problem, gap_refusal, sensor_refusal
-from magicsim.scenes.rig import Rig
+from magicsim.scenes.rig import PlaceMm, Rig
 
 Count = Annotated[int, Field(ge=1, le=256)]
 GapMm = Annotated[float, Field(ge=-12, le=2000)]
@@ -90,12 +89,9 @@ class ContactSettings(Config):
     film_mm: Annotated[float, Field(ge=0.01, le=0.1)] = 0.02
     """Thickness of the film of air in dry contact [mm]."""
 
-    @model_validator(mode="after")
-    def _check_recovers(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         if self.recovers and not self.rate_dependent:
-            msg = "recovers = true is not allowed with rate_dependent = false: a body without memory keeps no dent"
-            raise ValueError(msg)
-        return self
+            yield "recovers = true is not allowed with rate_dependent = false: a body without memory keeps no dent"
 
 
 RECORDED_SAMPLES = 32
@@ -153,12 +149,10 @@ class RenderSettings(Config):
             key: "true" if key in {"tier", "outside_domain"} and value is True else value for key, value in data.items()
         }
 
-    @model_validator(mode="after")
-    def _check_model(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         # By its ending a file is known as one, whose content is a part of every key.
         if self.model is not None and not self.model.lower().endswith(MODEL_SUFFIX):
-            raise ValueError(f"model = '{self.model}' is not allowed: must end with {MODEL_SUFFIX}")
-        return self
+            yield f"model = '{self.model}' is not allowed: must end with {MODEL_SUFFIX}"
 
     @property
     def is_recorded(self) -> bool:
@@ -212,34 +206,20 @@ class SceneConfig(Config):
     keyframes: Annotated[tuple[Keyframe, ...], Field(min_length=1)]
     """States in order of frame; the last one ends the episode."""
 
-    @model_validator(mode="after")
-    def _check_keyframes(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         frames = [keyframe.frame for keyframe in self.keyframes]
         if frames[0] != 0 or any(later <= earlier for earlier, later in pairwise(frames)):
-            raise ValueError(f"keyframes.frame = {frames} is not allowed: must start at 0 and increase")
+            yield f"keyframes.frame = {frames} is not allowed: must start at 0 and increase"
         if self.object is None and any(keyframe.gap_mm is not None for keyframe in self.keyframes):
-            raise ValueError("object is missing: a keyframe gives gap_mm, so [object] must say what approaches")
-        return self
-
-    @model_validator(mode="after")
-    def _check_sensor(self) -> Self:
-        problem = sensor_refusal(self.design, self.rig, is_recorded=self.render.is_recorded)
+            yield "object is missing: a keyframe gives gap_mm, so [object] must say what approaches"
+        yield sensor_refusal(self.design, self.rig, is_recorded=self.render.is_recorded)
         for place, keyframe in enumerate(self.keyframes):
             found = None if keyframe.gap_mm is None else gap_refusal(self.design, self.rig, keyframe.gap_mm)
-            if found is not None:
-                problem = problem or f"keyframes.{place}.gap_mm{found}"
-            if keyframe.flashlight:
-                problem = problem or flashlight_problem(self.rig, keyframe.light_x_mm)
-        if problem is not None:
-            raise ValueError(problem)
-        return self
-
-    @model_validator(mode="after")
-    def _check_shutter(self) -> Self:
+            yield None if found is None else f"keyframes.{place}.gap_mm{found}"
+            yield flashlight_problem(self.rig, keyframe.light_x_mm) if keyframe.flashlight else None
         camera, rate = self.rig.camera, self.frames_per_second
-        if not readout_fits(camera.shutter, rows=camera.rows, frames_per_second=rate):
-            raise ValueError(f"rig.{readout_problem(camera.shutter, rows=camera.rows, frames_per_second=rate)}")
-        return self
+        if problem := readout_problem(camera.shutter, rows=camera.rows, frames_per_second=rate):
+            yield f"rig.{problem}"
 
     @property
     def frame_count(self) -> int:

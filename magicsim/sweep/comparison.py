@@ -24,8 +24,7 @@ from magicsim.sweep.measures import DURABILITY
 from magicsim.sweep.result import FOLDER, DesignResult, SweepIndex, read_result, read_results, result_name
 from magicsim.sweep.search import costs_of, optuna_version, pareto_front, search_designs
 from magicsim.sweep.sweep_file import SweepConfig
-from magicsim.sweep.trends import check_trends
-from magicsim.sweep.verdicts import leaders, verdicts
+from magicsim.sweep.verdicts import check_trends, leaders, verdicts
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 from magicsim.workers.attempt import Outcome, Prepare, WorkerOptions, bound_threads, choose_workers
 from magicsim.workers.run_folder import log_failures

@@ -23,7 +23,7 @@ from magicsim.detectors.rest import References, fuse
 from magicsim.detectors.verdict import Contact, Verdict
 from magicsim.frame_class import NEAR_MAX_MM, FrameClass
 from magicsim.judge.curves import roc_curve
-from magicsim.judge.intervals import interval
+from magicsim.judge.measures import interval
 from magicsim.sweep.film import REFERENCES, SPAN, DesignFilm, Shown
 from magicsim.sweep.measures import Measured
 

@@ -1,16 +1,17 @@
 """What a design is judged by: names, units, which way is better, and how much work goes into it."""
 
-from collections.abc import Sequence
+import csv
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from pathlib import Path
+from typing import Annotated, Literal, Self, cast
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.config.models import Config
-from magicsim.judge.intervals import Statistic, interval
-from magicsim.judge.measures import MeasureKind
+from magicsim.judge.measures import Better, MeasureKind, Statistic, interval
 
 Gap = Annotated[float, Field(gt=0, le=100)]
 Depth = Annotated[float, Field(gt=0, le=6)]
@@ -65,106 +66,24 @@ class SweepQuality(Config):
     durometer_walls: Literal["resolved", "homogenised"] = "homogenised"
     """Whether walls below the cone are cells of their own, or part of one effective solid, which is quicker."""
 
-    @model_validator(mode="after")
-    def _check_order(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         for name, sign in (("gaps_mm", -1), ("depths_mm", 1), ("line_spacings_mm", -1), ("dot_spacings_mm", -1)):
             values = getattr(self, name)
             if any(sign * (after - before) <= 0 for before, after in pairwise(values)):
-                raise ValueError(f"{name} = {list(values)} is not allowed: must {'rise' if sign > 0 else 'fall'}")
+                yield f"{name} = {list(values)} is not allowed: must {'rise' if sign > 0 else 'fall'}"
         if 1.0 not in self.depths_mm[1:]:
-            raise ValueError(f"depths_mm = {list(self.depths_mm)} is not allowed: must hold 1.0 and a smaller value")
+            yield f"depths_mm = {list(self.depths_mm)} is not allowed: must hold 1.0 and a smaller value"
         if self.light_depth_mm >= self.touch_depth_mm:
-            msg = f"light_depth_mm = {self.light_depth_mm:g} is not allowed: must be below {self.touch_depth_mm:g}"
-            raise ValueError(msg)
-        return self
+            yield f"light_depth_mm = {self.light_depth_mm:g} is not allowed: must be below {self.touch_depth_mm:g}"
 
 
-MEASURES: dict[str, MeasureKind] = {
-    "shore_a": MeasureKind(
-        title="Hardness, Shore A", unit="", digits=1, better=None,
-        meaning="Virtual Shore A durometer on the centre of a cell; interval: change by a coarser lattice.",
-    ),
-    "force_1mm_n": MeasureKind(
-        title="Force at 1 mm", unit="N", digits=2, better=None,
-        meaning="Force of the sweep's object pressed 1 mm; interval: largest change by coarser lattices.",
-    ),
-    "stiffness_n_per_mm": MeasureKind(
-        title="Stiffness near 1 mm", unit="N/mm", digits=2, better=None,
-        meaning="Slope of force against depth from the depth before 1 mm to 1 mm; interval as of the force.",
-    ),
-    "force_at_yield_n": MeasureKind(
-        title="Force at yield", unit="N", digits=2, better="higher",
-        meaning="Force of the sweep's object at which the infill begins to flow, at its lowest yield stress in the "
-        "design's limits; interval: change by a coarser lattice.",
-    ),
-    "force_at_tear_n": MeasureKind(
-        title="Force at tear", unit="N", digits=2, better="higher",
-        meaning="Force at which the skin tears, by stretch or stress at the lowest strengths in the design's limits; "
-        "interval likewise. Elastic: what fails before it changes nothing.",
-    ),
-    "safe_depth_mm": MeasureKind(
-        title="Safe depth", unit="mm", digits=2, better="higher",
-        meaning="Depth of the sweep's object at which the infill yields or the skin tears, whichever is first, at the "
-        "lowest strengths; interval likewise.",
-    ),
-    "sensitivity_per_mm": MeasureKind(
-        title="Sensitivity to depth", unit="1/mm", digits=3, better="higher",
-        meaning="Loss of grid similarity for each mm of a light touch, from {light_depth_mm:g} to {touch_depth_mm:g} "
-        "mm, mean over places; interval: bootstrap over renderings and places.",
-    ),
-    "sensitivity_per_n": MeasureKind(
-        title="Sensitivity to force", unit="1/N", digits=3, better="higher",
-        meaning="Loss of grid similarity for each newton between the same touches; interval: bootstrap over "
-        "renderings and places.",
-    ),
-    "proximity_range_mm": MeasureKind(
-        title="Proximity range", unit="mm", digits=1, better="higher",
-        meaning="Distance from which half of the frames are called Approaching, with 5 % false alarms on untouched "
-        "frames; interval: bootstrap over renderings and noise.",
-    ),
-    "contact_auc": MeasureKind(
-        title="Contact AUC", unit="", digits=3, better="higher",
-        meaning="Chance that a frame of a touch {light_depth_mm:g} mm deep has a lower similarity than an untouched or "
-        "near one, at places that the detector was not calibrated on, lights {drift_percent:g} % stronger or weaker "
-        "than then; mean over renderings, interval: bootstrap over them and places.",
-    ),
-    "contact_accuracy": MeasureKind(
-        title="Contact accuracy", unit="", digits=3, better="higher",
-        meaning="Balanced accuracy of the combined verdict on the same frames and under outside light, with the "
-        "thresholds of this design; mean and interval likewise.",
-    ),
-    "dot_spacing_mm": MeasureKind(
-        title="Smallest dot spacing", unit="mm", digits=2, better="lower",
-        meaning="Smallest spacing of dots at which their pattern stands out of noise and clutter by d' = 2, not below "
-        "{finest_dots_mm:g} mm; interval: bootstrap over the clutter, open where no tested spacing is on the other "
-        "side.",
-    ),
-    "line_spacing_mm": MeasureKind(
-        title="Smallest line spacing", unit="mm", digits=2, better="lower",
-        meaning="Smallest spacing of lines at which their pattern stands out of noise and clutter by d' = 2, not below "
-        "{finest_lines_mm:g} mm; interval: bootstrap over the clutter, open where no tested spacing is on the other "
-        "side.",
-    ),
-    "localisation_mm": MeasureKind(
-        title="Localisation error", unit="mm", digits=2, better="lower",
-        meaning="Root mean square distance between a touch's place and what ridge regression on the centroids of "
-        "what changes in each channel says, each place left out in turn; interval: bootstrap over "
-        "renderings and places.",
-    ),
-    "printability": MeasureKind(
-        title="Printability", unit="", digits=2, better="higher", is_exact=True,
-        meaning="Share of the published printing limits that the design keeps; exact.",
-    ),
-    "frame_seconds": MeasureKind(
-        title="Cost of a contact frame", unit="s", digits=2, better="lower",
-        meaning="Time of solving a touch of {touch_depth_mm:g} mm on the design's own lattice and median time of "
-        "rendering one; interval: quartiles of the rendering. Depends on the machine.",
-    ),
-    "unknowns": MeasureKind(
-        title="Unknowns", unit="", digits=0, better="lower", is_exact=True,
-        meaning="Displacement unknowns of the lattice that is solved; exact.",
-    ),
-}  # fmt: skip
+def _kind(title: str, unit: str, meaning: str, *, digits: str, better: str, is_exact: str) -> MeasureKind:
+    way = cast("Better | None", better or None)
+    return MeasureKind(title=title, meaning=meaning, unit=unit, better=way, digits=int(digits), is_exact=bool(is_exact))
+
+
+with Path(__file__).with_suffix(".csv").open(encoding="utf-8", newline="") as _file:
+    MEASURES = {name: _kind(**cells) for cells in csv.DictReader(_file) if (name := cells.pop("name"))}
 """All measures by their name in the results."""
 DURABILITY = {"force_at_yield_n": "yield", "force_at_tear_n": "tear", "safe_depth_mm": None}
 """Measures of what a print bears, and which event each is about; minutes a design, so that a sweep has to name them."""

@@ -1,11 +1,11 @@
 """A sweep: which fields vary, on which sensor, and how each design is judged. The model of `geometry/sweeps`."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.config.models import Config, load_preset
 from magicsim.config.named_files import config_digest
@@ -55,15 +55,13 @@ class SearchLimit(Config):
     high: Value | None = None
     """Largest value that is allowed."""
 
-    @model_validator(mode="after")
-    def _check_limit(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         if self.measure not in MEASURES:
-            raise ValueError(unknown_choice("measure", self.measure, MEASURES))
+            yield unknown_choice("measure", self.measure, MEASURES)
         if self.low is None and self.high is None:
-            raise ValueError(f"limit of '{self.measure}' needs low or high")
+            yield f"limit of '{self.measure}' needs low or high"
         if self.low is not None and self.high is not None and self.low > self.high:
-            raise ValueError(f"low = {self.low:g} is not allowed: must be at most high = {self.high:g}")
-        return self
+            yield f"low = {self.low:g} is not allowed: must be at most high = {self.high:g}"
 
     def excess(self, result: DesignResult) -> float | None:
         """By how much a design is out of the range, in the measure's unit; 0 or less inside, None without a value."""
@@ -111,18 +109,16 @@ class SweptField(Config):
     """Values of an interval on a grid."""
     scale: Literal["linear", "log"] = "linear"
 
-    @model_validator(mode="after")
-    def _check_form(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         root, _, rest = self.field.partition(".")
         if root not in ROOTS or not rest:
-            raise ValueError(unknown_choice("field", self.field, [f"{each}.*" for each in ROOTS]))
+            yield unknown_choice("field", self.field, [f"{each}.*" for each in ROOTS])
         if (self.values is None) == (self.low is None and self.high is None):
-            raise ValueError(f"field '{self.field}' needs either values, or low and high")
+            yield f"field '{self.field}' needs either values, or low and high"
         if self.values is not None and len(set(self.values)) < len(self.values):
-            raise ValueError(f"values = {list(self.values)} of '{self.field}' is not allowed: holds a value twice")
+            yield f"values = {list(self.values)} of '{self.field}' is not allowed: holds a value twice"
         if self.values is None:
             self._interval()
-        return self
 
     def at(self, share: float) -> float | str:
         """The value that a quasi-random number in [0, 1) stands for."""
@@ -149,13 +145,11 @@ class Objective(Config):
     better: Better | None = None
     """Which way; may be left out where the measure has a way of its own."""
 
-    @model_validator(mode="after")
-    def _check_measure(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         if self.measure not in MEASURES:
-            raise ValueError(unknown_choice("measure", self.measure, MEASURES))
+            yield unknown_choice("measure", self.measure, MEASURES)
         if self.better is None and MEASURES[self.measure].better is None:
-            raise ValueError(f"better is missing: '{self.measure}' may be wanted 'higher' or 'lower'")
-        return self
+            yield f"better is missing: '{self.measure}' may be wanted 'higher' or 'lower'"
 
     @property
     def direction(self) -> Better:
@@ -204,75 +198,68 @@ class SweepConfig(Config):
     timeout_s: Annotated[float, Field(ge=0.001, le=1e6)] = 3600.0
     """Longest time for one attempt at a design [s]."""
 
-    @model_validator(mode="after")
-    def _check_whole(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         for name in self.measures:
             if name not in MEASURES:
-                raise ValueError(unknown_choice("measure", name, MEASURES))
+                yield unknown_choice("measure", name, MEASURES)
         for each in self.objectives:
             if each.measure not in self.measures:
-                raise ValueError(unknown_choice("objective", each.measure, self.measures))
-        self._check_rooms()
-        self._check_draws()
-        self._check_count()
-        self._check_search()
+                yield unknown_choice("objective", each.measure, self.measures)
+        for problems in (self._room_problems, self._draw_problems, self._count_problems, self._search_problems):
+            yield from problems()
         names = [each.field for each in self.swept]
         if len(set(names)) < len(names):
-            raise ValueError(f"swept.field = {names} is not allowed: names a field twice")
-        return self
+            yield f"swept.field = {names} is not allowed: names a field twice"
 
-    def _check_rooms(self) -> None:
+    def _room_problems(self) -> Iterator[str | None]:
         if self.rooms and any(each.field == ROOM for each in self.swept) | any(ROOM in each for each in self.also):
-            raise ValueError(f"rooms is not allowed where '{ROOM}' is swept: must be one of the two")
+            yield f"rooms is not allowed where '{ROOM}' is swept: must be one of the two"
         if len(self.rooms) > self.quality.renderings:
-            raise ValueError(
+            yield (
                 f"rooms = {list(self.rooms)} is not allowed: holds {len(self.rooms)}, and each rendering stands in "
                 f"one; must be at most quality.renderings = {self.quality.renderings}"
             )
         for each in self.rooms:
             if in_room(self.rig, each).moving is not None:
-                raise ValueError(f"rooms = '{each}' is not allowed: something passes there; sweep '{ROOM}' instead")
+                yield f"rooms = '{each}' is not allowed: something passes there; sweep '{ROOM}' instead"
 
     @property
     def draws(self) -> bool:
         """Whether renderings have prints and cameras of their own."""
         return (self.tolerances, self.camera) != (Tolerances(), CameraNoise())
 
-    def _check_draws(self) -> None:
-        problem = problem_with(self.tolerances, self.camera)
-        if problem is not None:
-            raise ValueError(problem)
+    def _draw_problems(self) -> Iterator[str | None]:
+        yield problem_with(self.tolerances, self.camera)
         swept = {each.field for each in self.swept} | {name for each in self.also for name in each}
         for name in self.camera.model_dump(exclude_none=True):
             if f"rig.camera.{'.'.join(IN_TABLES.get(name, (name,)))}" in swept:
-                raise ValueError(f"camera.{name} is not allowed where that of the rig is swept: must be one of the two")
+                yield f"camera.{name} is not allowed where that of the rig is swept: must be one of the two"
 
-    def _check_count(self) -> None:
+    def _count_problems(self) -> Iterator[str | None]:
         if len(self.also) > MAX_DESIGNS:
-            raise ValueError(f"also has {len(self.also)} designs: at most {MAX_DESIGNS} are allowed")
+            yield f"also has {len(self.also)} designs: at most {MAX_DESIGNS} are allowed"
         if self.sampling == "grid":
             for each in self.swept:
                 if each.values is None and each.count is None:
-                    raise ValueError(f"count is missing: field '{each.field}' is an interval on a grid")
+                    yield f"count is missing: field '{each.field}' is an interval on a grid"
             if self.count is not None:
-                msg = f"count = {self.count} is not allowed with sampling = 'grid', whose fields say how many"
-                raise ValueError(msg)
+                yield f"count = {self.count} is not allowed with sampling = 'grid', whose fields say how many"
             total = math.prod(len(each.on_grid()) for each in self.swept)
             if total > MAX_DESIGNS:
-                raise ValueError(f"{total} designs are too many: at most {MAX_DESIGNS}")
+                yield f"{total} designs are too many: at most {MAX_DESIGNS}"
         elif self.count is None:
-            raise ValueError(f"count is missing: sampling = '{self.sampling}' needs a number of designs")
+            yield f"count is missing: sampling = '{self.sampling}' needs a number of designs"
 
-    def _check_search(self) -> None:
+    def _search_problems(self) -> Iterator[str | None]:
         if self.sampling != "search":
             if self.search is not None:
-                raise ValueError(f"search is not allowed with sampling = '{self.sampling}'")
+                yield f"search is not allowed with sampling = '{self.sampling}'"
             return
         if not self.objectives:
-            raise ValueError("objectives = [] is not allowed with sampling = 'search'")
+            yield "objectives = [] is not allowed with sampling = 'search'"
         for each in self.search.limits if self.search is not None else ():
             if each.measure not in self.measures:
-                raise ValueError(unknown_choice("limit", each.measure, self.measures))
+                yield unknown_choice("limit", each.measure, self.measures)
 
     def config_hash(self) -> str:
         """SHA-256 of everything that results depend on, files included; a search depends on its objectives."""

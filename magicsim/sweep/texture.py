@@ -29,7 +29,7 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.plain import BoxObject
 from magicsim.geometry.objects.textured import DotsObject, LinesObject
-from magicsim.judge.intervals import interval
+from magicsim.judge.measures import interval
 from magicsim.light.records.untouched_store import UntouchedStates
 from magicsim.notebook.screen import beside_change
 from magicsim.scenes.rig import Rig

@@ -1,21 +1,143 @@
-"""What a measure says of a sweep as a whole: whether it tells designs apart, and whether one of them is best.
+"""What a measure says of a sweep as a whole: whether it tells designs apart, whether one is best, and trends.
 
 Two designs are told apart where their values differ by more than the interval of the difference, sqrt(a^2 + b^2) with
 the parts a and b of their own intervals that face each other (Zou and Donner, Stat. Med. 27 (2008) 1693). Among n
 designs some pair differs by chance: intervals are widened to the level 0.05 / m, m the number of pairs that are looked
-at (Bonferroni), as if they were of Gaussian errors. A bound, whose interval is open, reaches to infinity on that side.
+at (Bonferroni), as if they were of Gaussian errors. A bound, whose interval is open, reaches to infinity
+on that side.
+
+Published trends: a thicker skin or a thinner core is harder (Fan, Li, Zhang, arXiv 2505.24382, and its predecessor
+arXiv 2402.01366). That a thicker skin is less sensitive, to depth and to force, is our own reading. A trend is shown
+where the mean change of all rows of designs that differ in one field alone is above its interval, that of a difference
+of independent errors, sqrt(h1^2 + h2^2) with the half widths h, and no row says the opposite.
 """
 
+import math
+from collections import defaultdict
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from itertools import pairwise
 from statistics import NormalDist
 
 import numpy as np
 
 from magicsim.arrays import Array, Mask
-from magicsim.judge.intervals import TAIL
+from magicsim.judge.measures import TAIL
 from magicsim.sweep.measures import MEASURES, Measured
 from magicsim.sweep.result import DesignResult
 from magicsim.sweep.sweep_file import Objective
+
+SKIN, CORE = "design.skin_mm", "design.core_mm"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trend:
+    """A statement and the measure that it is about."""
+
+    statement: str
+    field: str
+    measure: str
+    rises: bool
+    """Whether the measure rises with the field."""
+
+
+TRENDS = (
+    Trend(statement="thicker skin, harder", field=SKIN, measure="shore_a", rises=True),
+    Trend(statement="thicker skin, stiffer", field=SKIN, measure="force_1mm_n", rises=True),
+    *(
+        Trend(statement=f"thicker skin, less sensitive to {to} (our reading)", field=SKIN, measure=measure, rises=False)
+        for to, measure in (("depth", "sensitivity_per_mm"), ("force", "sensitivity_per_n"))
+    ),
+    Trend(statement="deeper core, softer", field=CORE, measure="shore_a", rises=False),
+    Trend(statement="deeper core, less stiff", field=CORE, measure="force_1mm_n", rises=False),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrendCheck(Trend):
+    """How far a sweep bears a trend out."""
+
+    series: int
+    """Rows of designs that differ in the field alone."""
+    steps: int
+    """Neighbours in them."""
+    steps_right: int
+    """Neighbours that differ the right way."""
+    ends_right: int
+    """Rows whose last design differs from the first the right way."""
+    ends_clear: int
+    """Rows of `ends_right` whose ends differ by more than their intervals."""
+    ends_contrary: int
+    """Rows whose ends differ by more than that the wrong way."""
+    change: float
+    """From first to last design, mean over rows, in the measure's unit."""
+    low: float | None
+    """Lower end of its interval; None where a design of some row has none."""
+    high: float | None
+    """Upper end."""
+
+    @property
+    def holds(self) -> bool:
+        """Whether the mean change is clear, the right way, and no row is clear the wrong way."""
+        if self.low is None or self.high is None or self.ends_contrary:
+            return False
+        return self.low > 0 if self.rises else self.high < 0
+
+
+def check_trends(results: Sequence[DesignResult]) -> list[TrendCheck]:
+    """Every trend that some row of designs can show."""
+    rows_of = ((trend, series(results, trend.field, trend.measure)) for trend in TRENDS)
+    return [_check(trend, rows) for trend, rows in rows_of if rows]
+
+
+def series(results: Sequence[DesignResult], field: str, measure: str) -> list[list[Measured]]:
+    """A measure along a field, one row for each choice of all other fields, of two designs or more."""
+    names = {name for result in results for name in result.values}
+    if field not in names:
+        return []
+    rows: dict[tuple[object, ...], dict[float | str, Measured]] = defaultdict(dict)
+    for result in results:
+        found = result.measures.get(measure)
+        if found is None or found.value is None or field not in result.values:
+            continue
+        others = tuple(sorted((name, value) for name, value in result.values.items() if name != field))
+        rows[others][result.values[field]] = found
+    return [[row[each] for each in sorted(row, key=float)] for row in rows.values() if len(row) > 1]
+
+
+def _check(trend: Trend, rows: Sequence[Sequence[Measured]]) -> TrendCheck:
+    sign = 1 if trend.rises else -1
+    values = [[each.value or 0.0 for each in row] for row in rows]
+    changes = [row[-1] - row[0] for row in values]
+    spreads = [_spread(row[0], row[-1]) for row in rows]
+    pairs = zip(changes, spreads, strict=True)
+    clear = [change for change, spread in pairs if spread is not None and abs(change) > spread]
+    steps = [sign * (after - before) for row in values for before, after in pairwise(row)]
+    known = [spread for spread in spreads if spread is not None]
+    change = sum(changes) / len(rows)
+    half = math.hypot(*known) / len(rows) if len(known) == len(rows) else None
+    return TrendCheck(
+        **asdict(trend),
+        series=len(rows),
+        steps=len(steps),
+        steps_right=sum(step > 0 for step in steps),
+        ends_right=sum(sign * each > 0 for each in changes),
+        ends_clear=sum(sign * each > 0 for each in clear),
+        ends_contrary=sum(sign * each < 0 for each in clear),
+        change=change,
+        low=change - half if half is not None else None,
+        high=change + half if half is not None else None,
+    )
+
+
+def _spread(first: Measured, last: Measured) -> float | None:
+    """Half width of the interval of their difference; None where one of them has none."""
+    ends = (first.low, first.high, last.low, last.high)
+    if any(end is None for end in ends):
+        return None
+    low, high, last_low, last_high = (float(end or 0.0) for end in ends)
+    return math.hypot(high - low, last_high - last_low) / 2
+
 
 APART, ALIKE, SATURATED = "told apart", "indistinguishable", "saturated"
 

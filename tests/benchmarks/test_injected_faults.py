@@ -13,7 +13,7 @@ from magicsim.errors import FrameError
 from magicsim.evaluation.baseline import load_baseline, save_baseline
 from magicsim.evaluation.detector import MakeDetector, ProfileDetector
 from magicsim.evaluation.evaluate import Evaluation, evaluate_suite, film_suite
-from magicsim.evaluation.quick import quick_suite, shipped_films
+from magicsim.evaluation.footage import quick_suite, shipped_films
 from magicsim.evaluation.suite import QUICK, SHIPPED, load_suite
 
 SOUND = replace(PROFILE, reference_count=6)

@@ -14,7 +14,7 @@ from magicsim.evaluation.detector import ProfileDetector
 from magicsim.evaluation.footage import ExposedTake, Footage
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.evaluation.take import Case, Take
-from magicsim.judge.intervals import estimate
+from magicsim.judge.measures import estimate
 from magicsim.judge.tally import EpisodeLabels, EpisodeTag, tally
 
 MEASURED = (

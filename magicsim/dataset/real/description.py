@@ -1,11 +1,11 @@
 """What a user says of recorded frames: the configuration of `magicsim dataset import`."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.config.documents import read_toml
 from magicsim.config.models import Config, apply_overrides, validate
@@ -125,15 +125,12 @@ class RecordingSource(Config):
     split: Split = "train"
     """Part of the dataset that it goes into."""
 
-    @model_validator(mode="after")
-    def _check_untouched(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         given = [
             name for name in ("untouched", "untouched_first", "untouched_below_n") if getattr(self, name) is not None
         ]
         if len(given) > 1:
-            msg = f"{given[1]} is not allowed with {given[0]}: references come from one place"
-            raise ValueError(msg)
-        return self
+            yield f"{given[1]} is not allowed with {given[0]}: references come from one place"
 
 
 class Description(Config):

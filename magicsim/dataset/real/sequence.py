@@ -15,17 +15,18 @@ from magicsim.config.presets import is_file, is_folder
 from magicsim.dataset.real.description import Description, RealSource, RecordingSource
 from magicsim.dataset.real.form import brightened, clock_start_s, formed
 from magicsim.dataset.real.labels import (
+    Entry,
     LabelTable,
     RealTruth,
     Row,
     at_time,
     check_times,
+    in_order,
     nothing,
     read_labels,
     size_of_force,
     truth_of,
 )
-from magicsim.dataset.real.order import Entry, in_order
 from magicsim.detectors.frame import Frame
 from magicsim.detectors.picture import IMAGE_SUFFIXES, read_image
 from magicsim.detectors.source import Shot, image_files, image_path, open_source, read_source

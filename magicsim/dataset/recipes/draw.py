@@ -68,7 +68,7 @@ class DrawnEpisode:
     values: Values
     """Drawn values by name, those of its sensor included."""
     scene: SceneConfig
-    """What happens; where a press ends at a force it goes to the largest depth here, see `magicsim.dataset.pressed`."""
+    """What happens; where a press ends at a force it goes to the largest depth here, see `magicsim.dataset.rows`."""
     force_n: float | None = None
     """Normal force at which its press ends [N]; None where it ends at a depth."""
     must_reach: bool = False

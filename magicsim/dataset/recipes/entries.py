@@ -4,11 +4,11 @@ A path that was drawn becomes keyframes.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.config.models import Config, validate
 from magicsim.config.named_files import MESH_SUFFIXES
@@ -75,25 +75,23 @@ class ObjectRecipe(Config):
     """Whether the file of a `mesh` gives the colour."""
     feature_mm: Number | None = None
 
-    @model_validator(mode="after")
-    def _check_keys(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         fields = OBJECT_KINDS[self.kind].model_fields
         for key in self.model_fields_set - OWN_KEYS:
             if key not in fields:
-                raise ValueError(unknown_choice(f"key of object kind '{self.kind}'", key, set(fields) - {"kind"}))
+                yield unknown_choice(f"key of object kind '{self.kind}'", key, set(fields) - {"kind"})
         if self.kind != "mesh":
             if self.folder is not None:
-                raise ValueError(f"folder is not a key of object kind '{self.kind}', only of 'mesh'")
+                yield f"folder is not a key of object kind '{self.kind}', only of 'mesh'"
         elif (self.path is None) == (self.folder is None):
-            raise ValueError("object kind 'mesh' needs either path or folder")
+            yield "object kind 'mesh' needs either path or folder"
         missing = [
             key
             for key, field in fields.items()
             if field.is_required() and getattr(self, key, None) is None and not (key == "path" and self.folder)
         ]
         if missing:
-            raise ValueError(f"{missing[0]} is missing: object kind '{self.kind}' needs it")
-        return self
+            yield f"{missing[0]} is missing: object kind '{self.kind}' needs it"
 
     def files(self) -> tuple[str, ...]:
         """Mesh files that may be drawn, sorted.
@@ -192,14 +190,12 @@ class TouchPath(PathBase):
     hold_frames: Frames = 1
     release_frames: Frames = 2
 
-    @model_validator(mode="after")
-    def _check_end(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         if self.depth_mm is None and self.force_n is None:
-            raise ValueError("depth_mm is missing: a touch needs depth_mm, force_n, or both")
+            yield "depth_mm is missing: a touch needs depth_mm, force_n, or both"
         lowest = self.force_n.lowest if isinstance(self.force_n, Distribution) else self.force_n
         if lowest is not None and lowest <= 0:
-            raise ValueError(f"force_n = {lowest:g} is not allowed: must be above 0")
-        return self
+            yield f"force_n = {lowest:g} is not allowed: must be above 0"
 
     def keyframes(self, drawn: dict[str, float]) -> list[Table]:
         """Keyframes of the drawn path, with the depth at which it ends in any case."""

@@ -1,8 +1,8 @@
 """A recipe: distributions over sensors, objects and paths. The configuration of `scenes/recipes/*.toml`."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -18,7 +18,7 @@ from magicsim.dataset.recipes.entries import (
     Weight,
 )  # fmt: skip
 from magicsim.geometry.design import ElastomerDesign
-from magicsim.sampling.distribution import Number, Sampling, check_weights
+from magicsim.sampling.distribution import Number, Sampling, weights_problem
 from magicsim.scenes.rig import DARK, Rig
 from magicsim.scenes.scene import FRAMES_PER_SECOND, ContactSettings, FrameRate, RenderSettings, Seed, TaxelSettings
 
@@ -33,13 +33,12 @@ class RoomRecipe(Config):
     weight: Weight = 1.0
     """How often this entry is chosen, relative to the others."""
 
-    @model_validator(mode="after")
-    def _check_room(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         if self.room is not None and self.room != DARK:
             from magicsim.scenes.room import room_file
 
-            room_file(self.room)
-        return self
+            room_file(self.room)  # raises
+        yield None
 
     def numbers(self) -> dict[str, Number]:
         """What may be drawn, by name."""
@@ -68,10 +67,8 @@ class Splits(Config):
     validation: Share = 0.1
     test: Share = 0.1
 
-    @model_validator(mode="after")
-    def _check_some(self) -> Self:
-        check_weights((self.train, self.validation, self.test), 3)
-        return self
+    def _problems(self) -> Iterator[str | None]:
+        yield weights_problem((self.train, self.validation, self.test), 3)
 
     def shares(self) -> dict[str, float]:
         """Weight of each split that is not empty."""
@@ -217,36 +214,26 @@ class Recipe(Config):
     def _count_touches(cls, data: Any) -> Any:  # noqa: ANN401 - whatever a file holds
         return data | {"episodes": data["touches"]} if isinstance(data, dict) and data.get("touches") else data
 
-    @model_validator(mode="after")
-    def _check_paths(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         for number, path in enumerate(self.paths):
             if self.touches is not None and not isinstance(path, TouchPath):
-                raise ValueError(
+                yield (
                     f"touches = {self.touches} is not allowed: paths.{number} is of kind '{path.kind}' and not a "
                     "touch; set episodes"
                 )
             if isinstance(path, TouchPath) and path.force_n is not None and self.contact.rate_dependent:
-                raise ValueError(
+                yield (
                     f"paths.{number}.force_n is not allowed with contact.rate_dependent: how deep a force presses "
                     "depends on time there; set depth_mm"
                 )
-        return self
-
-    @model_validator(mode="after")
-    def _check_objects(self) -> Self:
         if not self.objects and not all(isinstance(path, ClearPath | FlashlightPath) for path in self.paths):
-            raise ValueError("objects are missing: a path brings an object, so [[objects]] must say which")
-        return self
-
-    @model_validator(mode="after")
-    def _check_sensors(self) -> Self:
+            yield "objects are missing: a path brings an object, so [[objects]] must say which"
         sensors = -(-self.episodes // self.episodes_per_sensor)
         if sensors > MAX_SENSORS:
-            raise ValueError(
+            yield (
                 f"episodes = {self.episodes} with episodes_per_sensor = {self.episodes_per_sensor} are {sensors} "
                 f"sensors: at most {MAX_SENSORS} are allowed; raise episodes_per_sensor"
             )
-        return self
 
     @property
     def may_pass(self) -> bool:

@@ -5,18 +5,18 @@ modelled.
 """
 
 import atexit
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from manifold3d import CrossSection, JoinType, Manifold, OpType
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.arrays import Array
 from magicsim.geometry.mesh import from_manifold
-from magicsim.geometry.objects.rigid_object import ObjectBase, Size, check_edge
+from magicsim.geometry.objects.rigid_object import ObjectBase, Size, edge_problem
 from magicsim.geometry.shapes.solids import Shape
 
 if TYPE_CHECKING:
@@ -150,11 +150,9 @@ class SpannerObject(EverydayObject):
             self.edge_radius_mm, feature_mm=self.thickness_mm / 2,
         )  # fmt: skip
 
-    @model_validator(mode="after")
-    def _check_sizes(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         prong = self.head_radius_mm - self.jaw_mm / 2
-        check_edge(self.edge_radius_mm, prong / 2, self.thickness_mm / 2, self.handle_width_mm / 2)
-        return self
+        yield edge_problem(self.edge_radius_mm, prong / 2, self.thickness_mm / 2, self.handle_width_mm / 2)
 
 
 class ScrewdriverObject(EverydayObject):
@@ -174,12 +172,9 @@ class ScrewdriverObject(EverydayObject):
             fluted_handle, self.radius_mm, self.length_mm, self.flutes, feature_mm=0.25 * self.radius_mm
         )
 
-    @model_validator(mode="after")
-    def _check_length(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         if self.length_mm <= self.radius_mm:
-            msg = f"length_mm = {self.length_mm:g} is not allowed: must be above radius_mm = {self.radius_mm:g}"
-            raise ValueError(msg)
-        return self
+            yield f"length_mm = {self.length_mm:g} is not allowed: must be above radius_mm = {self.radius_mm:g}"
 
 
 class ScissorsObject(EverydayObject):
@@ -220,11 +215,9 @@ class BananaObject(EverydayObject):
             banana_section, self.radius_mm, self.length_mm, self.bend_radius_mm, feature_mm=0.4 * self.radius_mm
         )
 
-    @model_validator(mode="after")
-    def _check_bend(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         if self.radius_mm >= self.bend_radius_mm or self.length_mm > 2 * self.bend_radius_mm:
-            raise ValueError(
+            yield (
                 f"bend_radius_mm = {self.bend_radius_mm:g} is not allowed: must be above radius_mm = "
                 f"{self.radius_mm:g} and at least half of length_mm = {self.length_mm:g}"
             )
-        return self

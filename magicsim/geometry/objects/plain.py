@@ -3,11 +3,12 @@
 Domed cylinders and cones press with their upper end.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
@@ -18,7 +19,7 @@ from magicsim.geometry.objects.rigid_object import (
     SHELL_SHARE,
     ObjectBase,
     Size,
-    check_edge,
+    edge_problem,
 )
 from magicsim.geometry.shapes.revolved import Revolved, cone, domed_cylinder, flat_inset_mm
 from magicsim.geometry.shapes.solids import TRIANGLE_MM, RoundedBox, RoundedCylinder, Shape, Sphere
@@ -45,10 +46,8 @@ class RoundObject(ObjectBase):
     def _solid(self, axis: Literal["x", "y", "z"]) -> Shape:
         return self.entered_from_above(RoundedCylinder(self.radius_mm, self.length_mm, axis, self.edge_radius_mm))
 
-    @model_validator(mode="after")
-    def _check_rim(self) -> Self:
-        check_edge(self.edge_radius_mm, self.radius_mm, self.length_mm / 2)
-        return self
+    def _problems(self) -> Iterator[str | None]:
+        yield edge_problem(self.edge_radius_mm, self.radius_mm, self.length_mm / 2)
 
 
 class CylinderObject(RoundObject):
@@ -90,10 +89,8 @@ class BoxObject(ObjectBase):
         """The solid, centred on its origin."""
         return self.entered_from_above(RoundedBox(self.sizes_mm, self.edge_radius_mm))
 
-    @model_validator(mode="after")
-    def _check_edges(self) -> Self:
-        check_edge(self.edge_radius_mm, min(self.sizes_mm) / 2)
-        return self
+    def _problems(self) -> Iterator[str | None]:
+        yield edge_problem(self.edge_radius_mm, min(self.sizes_mm) / 2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,14 +156,11 @@ class PlugObject(ObjectBase):
         """The solid with contact by the side of entry."""
         return self.entered_from_above(self.solid())
 
-    @model_validator(mode="after")
-    def _check_sizes(self) -> Self:
-        check_edge(self.edge_radius_mm, self.radius_mm, self.length_mm / 2)
+    def _problems(self) -> Iterator[str | None]:
+        yield edge_problem(self.edge_radius_mm, self.radius_mm, self.length_mm / 2)
         most = self.radius_mm - self.edge_radius_mm
         if self.pin_radius_mm >= most:
-            msg = f"pin_radius_mm = {self.pin_radius_mm:g} is not allowed: must be below the handle's end, {most:g}"
-            raise ValueError(msg)
-        return self
+            yield f"pin_radius_mm = {self.pin_radius_mm:g} is not allowed: must be below the handle's end, {most:g}"
 
 
 TIP_SHELL_SHARE = 0.5
@@ -188,14 +182,11 @@ class DomedCylinderObject(ObjectBase):
         solid = domed_cylinder(self.radius_mm, self.length_mm, self.edge_radius_mm)
         return self.entered_from_above(solid, shell_mm=SHELL_SHARE * self.radius_mm)
 
-    @model_validator(mode="after")
-    def _check_length(self) -> Self:
-        check_edge(self.edge_radius_mm, self.radius_mm)
+    def _problems(self) -> Iterator[str | None]:
+        yield edge_problem(self.edge_radius_mm, self.radius_mm)
         least = self.radius_mm + self.edge_radius_mm
         if self.length_mm < least:
-            msg = f"length_mm = {self.length_mm:g} is not allowed: must be at least radius and rim, {least:g} mm"
-            raise ValueError(msg)
-        return self
+            yield f"length_mm = {self.length_mm:g} is not allowed: must be at least radius and rim, {least:g} mm"
 
 
 class ConeObject(ObjectBase):
@@ -219,23 +210,18 @@ class ConeObject(ObjectBase):
         shell = SHELL_SHARE * self.flat_radius_mm or TIP_SHELL_SHARE * self.tip_radius_mm
         return self.entered_from_above(self._solid(), shell_mm=min(SHELL_MM, shell), reach_mm=REACH_MM)
 
-    @model_validator(mode="after")
-    def _check_profile(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         inset = flat_inset_mm(self.half_angle_deg, self.edge_radius_mm)
         if 0 < self.flat_radius_mm <= inset:
-            msg = f"flat_radius_mm = {self.flat_radius_mm:g} is not allowed: must be 0 or above {inset:.4g} mm (rim)"
-            raise ValueError(msg)
+            yield f"flat_radius_mm = {self.flat_radius_mm:g} is not allowed: must be 0 or above {inset:.4g} mm (rim)"
         blunt = self.edge_radius_mm if self.flat_radius_mm > 0 else self.tip_radius_mm
         least = self.edge_radius_mm * (1 + np.sin(np.radians(self.half_angle_deg))) + blunt
         if self.length_mm <= least:
-            msg = f"length_mm = {self.length_mm:g} is not allowed: must be above tip and rim, {least:.4g} mm"
-            raise ValueError(msg)
+            yield f"length_mm = {self.length_mm:g} is not allowed: must be above tip and rim, {least:.4g} mm"
         base = self._solid().profile.arcs[0]
         widest = base.radial_mm + base.radius_mm
         if not base.radial_mm > 0 or widest > MAX_RADIUS_MM:
-            msg = f"cone: the base would have a radius of {widest:.4g} mm, must be {self.edge_radius_mm:g} to 200 mm"
-            raise ValueError(msg)
-        return self
+            yield f"cone: the base would have a radius of {widest:.4g} mm, must be {self.edge_radius_mm:g} to 200 mm"
 
     def _solid(self) -> Revolved:
         return cone(

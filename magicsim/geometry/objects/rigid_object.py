@@ -70,7 +70,8 @@ class ObjectBase(Config):
         return EntrySide(solid, (x, y, z), shell, reach)
 
 
-def check_edge(edge_radius_mm: float, *half_sizes_mm: float) -> None:
-    """Raises ValueError where an edge radius is not below all half sizes and leaves nothing between the edges."""
-    if edge_radius_mm >= min(half_sizes_mm):
-        raise ValueError(f"edge_radius_mm = {edge_radius_mm:g} is not allowed: must be below {min(half_sizes_mm):g} mm")
+def edge_problem(edge_radius_mm: float, *half_sizes_mm: float) -> str | None:
+    """What is wrong with an edge radius that is not below all half sizes and leaves nothing between the edges."""
+    if edge_radius_mm < min(half_sizes_mm):
+        return None
+    return f"edge_radius_mm = {edge_radius_mm:g} is not allowed: must be below {min(half_sizes_mm):g} mm"

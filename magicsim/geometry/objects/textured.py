@@ -5,12 +5,12 @@ the smaller of the distances to plate and nearest bump. Inside, the face below a
 surface of the upper side is the bump's outline on the face.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal, Self
+from typing import Literal
 
 import manifold3d
 import numpy as np
-from pydantic import model_validator
 
 from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
@@ -228,16 +228,15 @@ class PlateObject(ObjectBase):
         edge = min(EDGE_RADIUS_MM, self.thickness_mm / 4, self.size_mm / 4)
         return Plate(size_mm=self.size_mm, thickness_mm=self.thickness_mm, edge_radius_mm=edge)
 
-    def _refuse_misfit(self, what: str, needed_mm: float, along: int, most: int, total: int) -> None:
+    def _misfits(self, what: str, needed_mm: float, along: int, most: int, total: int) -> Iterator[str]:
         """One texture element must fit on the flat part, and all of them in memory."""
         if along == 0:
-            raise ValueError(
+            yield (
                 f"size_mm = {self.size_mm:g} is not allowed: one {what} needs {needed_mm:g} mm of the "
                 f"{self.plate().flat_mm:.4g} mm that are flat"
             )
         if total > most:
-            msg = f"{total} {what}s are too many: at most {most}; use a larger spacing_mm or a smaller size_mm"
-            raise ValueError(msg)
+            yield f"{total} {what}s are too many: at most {most}; use a larger spacing_mm or a smaller size_mm"
 
 
 class DotsObject(PlateObject):
@@ -253,14 +252,11 @@ class DotsObject(PlateObject):
         """The solid, centred on its origin."""
         return self.entered_from_above(self._solid())
 
-    @model_validator(mode="after")
-    def _check_dots(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         if self.spacing_mm <= 2 * self.radius_mm:
-            msg = f"spacing_mm = {self.spacing_mm:g} is not allowed: must be above 2 radius_mm = {2 * self.radius_mm:g}"
-            raise ValueError(msg)
+            yield f"spacing_mm = {self.spacing_mm:g} is not allowed: must be above 2 radius_mm = {2 * self.radius_mm:g}"
         along = self._solid().count
-        self._refuse_misfit("dot", 2 * self.radius_mm, along, MAX_DOTS, along**2)
-        return self
+        yield from self._misfits("dot", 2 * self.radius_mm, along, MAX_DOTS, along**2)
 
     def _solid(self) -> DotPlate:
         return DotPlate(radius_mm=self.radius_mm, spacing_mm=self.spacing_mm, plate=self.plate())
@@ -283,17 +279,14 @@ class LinesObject(PlateObject):
         """The solid, centred on its origin."""
         return self.entered_from_above(self._solid(), shell_mm=min(SHELL_MM, SHELL_SHARE * self.width_mm / 2))
 
-    @model_validator(mode="after")
-    def _check_ridges(self) -> Self:
+    def _problems(self) -> Iterator[str | None]:
         if self.spacing_mm <= self.width_mm:
-            msg = f"spacing_mm = {self.spacing_mm:g} is not allowed: must be above width_mm = {self.width_mm:g}"
-            raise ValueError(msg)
+            yield f"spacing_mm = {self.spacing_mm:g} is not allowed: must be above width_mm = {self.width_mm:g}"
         most = min(self.width_mm, self.height_mm or self.width_mm) / 2
         if self.edge_radius_mm is not None and self.edge_radius_mm > most:
-            raise ValueError(f"edge_radius_mm = {self.edge_radius_mm:g} is not allowed: must be at most {most:g} mm")
+            yield f"edge_radius_mm = {self.edge_radius_mm:g} is not allowed: must be at most {most:g} mm"
         along = self._solid().count
-        self._refuse_misfit("ridge", self.width_mm, along, MAX_RIDGES, along)
-        return self
+        yield from self._misfits("ridge", self.width_mm, along, MAX_RIDGES, along)
 
     def _solid(self) -> RidgePlate:
         height = self.height_mm or self.width_mm

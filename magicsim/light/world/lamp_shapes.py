@@ -10,8 +10,7 @@ from magicsim.geometry.markers import DotMarkers
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr, mi
 from magicsim.light.world.names import RING
-from magicsim.scenes.lamps import LedRing
-from magicsim.scenes.rig import Rig
+from magicsim.scenes.rig import LedRing, Rig
 
 SIDES = 24
 """Corners of a disk; its area is kept."""

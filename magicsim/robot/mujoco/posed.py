@@ -15,7 +15,7 @@ from magicsim.geometry.pose import Pose
 from magicsim.robot.fingers import TO_GRIPPER
 from magicsim.robot.live import LEAST_WIDTH_MM
 from magicsim.robot.mujoco.solids import MM, BodyObject, MjData
-from magicsim.scenes.lamps import FARTHEST_MM
+from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
 from magicsim.simulation.sensor import Sensor

@@ -16,7 +16,7 @@ from magicsim.report.text import page_template
 from magicsim.sweep.measures import SweepQuality, described
 from magicsim.sweep.result import DesignResult, finite
 from magicsim.sweep.sweep_file import SweepConfig
-from magicsim.sweep.trends import TrendCheck
+from magicsim.sweep.verdicts import TrendCheck
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """How a text begins that spreadsheets compute."""

@@ -4,10 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
-from magicsim.camera.calibration import calibrate_camera
 from magicsim.camera.camera import Camera, Lens
 from magicsim.camera.film import film
-from magicsim.camera.projection import camera_matrix, pixel_landing_mm, pixel_slopes
+from magicsim.camera.projection import calibrate_camera, camera_matrix, pixel_landing_mm, pixel_slopes
 from magicsim.camera.viewing import focal_px
 from magicsim.config.models import load_preset
 from magicsim.errors import RenderError

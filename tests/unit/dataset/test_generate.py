@@ -369,7 +369,7 @@ def test_force_that_an_object_does_not_reach_is_one_line_before_anything_is_writ
         asked.append(force_n)
         return reached
 
-    monkeypatch.setattr("magicsim.dataset.pressed.press_to_force", press)
+    monkeypatch.setattr("magicsim.dataset.rows.press_to_force", press)
     force = "force_n={low=4.0,high=6.0}"
     options = {"options": WorkerOptions(workers=1), "simulator": FAKE}
     with pytest.raises(

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from dataset.fakes import small_recipe
-from magicsim.dataset import pressed
-from magicsim.dataset.pressed import at_force
+from magicsim.dataset import rows
 from magicsim.dataset.recipes.draw import DrawnEpisode, draw_episodes
+from magicsim.dataset.rows import at_force
 from magicsim.deform.indentation.force import FORCE_SHARE, Reached
 from magicsim.errors import ConfigError
 from magicsim.scenes.timeline import timeline
@@ -23,7 +23,7 @@ def episode() -> DrawnEpisode:
 
 def answer(monkeypatch: pytest.MonkeyPatch, depth_mm: float, force_n: float) -> None:
     reached = Reached(depth_mm=depth_mm, force_n=force_n, is_met=force_n == 4.0, power=1.5, solves=3)
-    monkeypatch.setattr(pressed, "press_to_force", lambda *_, **__: reached)
+    monkeypatch.setattr(rows, "press_to_force", lambda *_, **__: reached)
 
 
 def test_keyframes_press_as_deep_as_the_force_does(episode: DrawnEpisode, monkeypatch: pytest.MonkeyPatch):

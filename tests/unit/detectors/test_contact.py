@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from magicsim.detectors import Contact, DetectorProfile
-from magicsim.detectors.contact import decide_contact, grid_areas, grid_similarity
+from magicsim.detectors.features import decide_contact, grid_areas, grid_similarity
 from magicsim.detectors.fusion import fuse_grid
 
 MEASURES = ("recall", "iou", "dice")

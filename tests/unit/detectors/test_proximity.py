@@ -7,13 +7,13 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from magicsim.detectors import DetectorProfile, Proximity
-from magicsim.detectors.fusion import BackgroundReference, fuse_background
-from magicsim.detectors.proximity import (
+from magicsim.detectors.features import (
     brightening_correlation,
     brightening_entropy,
     decide_proximity,
     filter_channels,
 )
+from magicsim.detectors.fusion import BackgroundReference, fuse_background
 
 
 def published_filter(frame: np.ndarray, backgrounds: np.ndarray) -> np.ndarray:

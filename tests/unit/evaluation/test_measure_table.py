@@ -8,8 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from magicsim.evaluation.evaluate import Evaluation
-from magicsim.evaluation.junit import junit
-from magicsim.evaluation.page import COLUMNS, render_page
+from magicsim.evaluation.page import COLUMNS, junit, render_page
 from magicsim.judge.measures import COMPUTE, FILE, TABLE
 
 ROOT = Path(__file__).parents[3]

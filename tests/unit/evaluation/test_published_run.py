@@ -9,7 +9,7 @@ from magicsim.detectors.profile import load_profile
 from magicsim.detectors.verdict import Proximity
 from magicsim.evaluation.answers import judge_footage
 from magicsim.evaluation.detector import ProfileDetector
-from magicsim.evaluation.quick import quick_suite, shipped_films
+from magicsim.evaluation.footage import quick_suite, shipped_films
 from magicsim.evaluation.suite import SHIPPED, load_suite
 from magicsim.frame_class import FrameClass
 from magicsim.judge.tally import JudgedEpisode

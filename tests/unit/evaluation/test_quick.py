@@ -11,8 +11,7 @@ from magicsim.errors import ConfigError
 from magicsim.evaluation.answers import judge_footage
 from magicsim.evaluation.baseline import load_baseline
 from magicsim.evaluation.detector import ProfileDetector
-from magicsim.evaluation.footage import foretold_s
-from magicsim.evaluation.quick import load_quick_set, quick_suite, shipped_films
+from magicsim.evaluation.footage import foretold_s, load_quick_set, quick_suite, shipped_films
 from magicsim.evaluation.suite import SHIPPED, load_suite, refuse_settings_of_frames
 from magicsim.evaluation.take import list_cases
 from magicsim.frame_class import FrameClass

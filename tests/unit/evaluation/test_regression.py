@@ -10,9 +10,8 @@ from scipy.stats import permutation_test
 
 from evaluation.synthetic import PROFILE, judged
 from magicsim.errors import ConfigError
-from magicsim.evaluation.baseline import Baseline, load_baseline, save_baseline
+from magicsim.evaluation.baseline import Baseline, Comparison, load_baseline, save_baseline, set_beside
 from magicsim.evaluation.detector import Detection, ProfileDetector
-from magicsim.evaluation.provenance import Comparison, set_beside
 from magicsim.judge.measures import SCORE_MEANS
 from magicsim.judge.regression import Change, compare
 from magicsim.judge.tally import JudgedEpisode

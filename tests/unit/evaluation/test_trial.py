@@ -9,12 +9,11 @@ from laboratory.injected_faults import FAULTS
 
 from evaluation.synthetic import PROFILE
 from magicsim.errors import ConfigError
-from magicsim.evaluation.answers import judge_footage
+from magicsim.evaluation.answers import check_order, judge_footage
 from magicsim.evaluation.detector import Detection, ProfileDetector
 from magicsim.evaluation.evaluate import Evaluation, film_suite
 from magicsim.evaluation.footage import Footage
 from magicsim.evaluation.suite import SuiteConfig
-from magicsim.evaluation.trial import check_order
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from magicsim.fit.solve import UNKNOWN_SD, deviations, differences, scatter, solve
+from magicsim.fit.fitting import UNKNOWN_SD, deviations, differences, scatter, solve
 
 PLACES = np.linspace(0, 1, 40)
 TRUE = np.array([0.7, 0.2])

@@ -7,8 +7,8 @@ import pytest
 from evaluation.synthetic import judged
 
 from magicsim.frame_class import FrameClass
-from magicsim.judge.collapse import CHANCE, Collapse, collapses
-from magicsim.judge.intervals import estimate
+from magicsim.judge.measures import estimate
+from magicsim.judge.regression import CHANCE, Collapse, collapses
 from magicsim.judge.tally import JudgedEpisode, confusion, tally
 
 NAMES = [f"take-{number}" for number in range(6)]

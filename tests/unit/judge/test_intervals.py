@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from evaluation.synthetic import judged
 
-from magicsim.judge.intervals import estimate, exact_share, weights_of
+from magicsim.judge.measures import estimate, exact_share, weights_of
 from magicsim.judge.tally import tally
 
 TAKES = [f"take-{number}" for number in range(24)]

@@ -1,7 +1,7 @@
 import numpy as np
 
 from magicsim.deform.lattice.structure import box_lattice
-from magicsim.live.view3d import FULL_MM, MOVED, STILL, lattice_edges, segment_colors
+from magicsim.live.controls import FULL_MM, MOVED, STILL, lattice_edges, segment_colors
 
 
 def test_edges_join_neighbours_once_and_stand_up_on_the_rim_alone():

@@ -1,7 +1,7 @@
 import pytest
 
 from magicsim.frame_class import FrameClass
-from magicsim.report.story import Phase, pick_frames, tell_phases, write_caption
+from magicsim.report.tables import Phase, pick_frames, tell_phases, write_caption
 
 from .synthetic import classes_of, make_episode, make_judgement
 

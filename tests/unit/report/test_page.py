@@ -14,7 +14,7 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.objects.mesh_object import MeshObject
 from magicsim.notebook.screen import EDGE_PX
 from magicsim.report.page import render_report
-from magicsim.report.story import pick_frames
+from magicsim.report.tables import pick_frames
 from magicsim.report.text import percent
 
 from .synthetic import RIG, make_episode, make_judgement

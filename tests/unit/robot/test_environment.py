@@ -1,6 +1,7 @@
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import partialmethod
 from types import SimpleNamespace
 from typing import Any
 
@@ -37,20 +38,26 @@ def env(shared_env: GraspLift, monkeypatch: pytest.MonkeyPatch) -> GraspLift:
     return shared_env
 
 
+@pytest.fixture
+def unlit(env: GraspLift, monkeypatch: pytest.MonkeyPatch) -> Iterator[GraspLift]:
+    """Every frame shows the first picture, with noise of its own: for what no picture tells."""
+    monkeypatch.setattr(Sensor, "render", partialmethod(_first_picture, [], Sensor.render))
+    yield env
+    for finger in env._gripper.fingers:
+        finger._darkroom._seen.clear()
+
+
+def _first_picture(sensor: Sensor, shown: list[Any], render: Any, *state: Any) -> Any:
+    shown[:] = shown or [render(sensor, *state)]
+    return shown[0]
+
+
 def action(closing: float, rising: float) -> np.ndarray:
     return np.array([closing, rising], np.float32)
 
 
-def test_it_passes_gymnasiums_own_check(env: GraspLift, monkeypatch: pytest.MonkeyPatch):
-    real, shown = Sensor.render, []
-
-    def once(self: Sensor, *state: Any) -> Any:
-        """The first picture, with noise of its own in every frame; that light repeats, the test of seeds proves."""
-        shown[:] = shown or [real(self, *state)]
-        return shown[0]
-
-    monkeypatch.setattr(Sensor, "render", once)
-    check_env(env, skip_render_check=True)  # which would open a window; the pictures are looked at below
+def test_it_passes_gymnasiums_own_check(unlit: GraspLift):
+    check_env(unlit, skip_render_check=True)  # which would open a window; the pictures are looked at below
 
 
 def test_frames_come_in_pairs_with_forces_on_both_faces_and_the_place_of_the_object(env: GraspLift):
@@ -81,7 +88,8 @@ def test_action_that_is_no_two_finite_numbers_is_an_error_and_moves_nothing(
     assert env._steps == 0
 
 
-def test_one_camera_gives_the_upper_fingers_picture_alone():
+def test_one_camera_gives_the_upper_fingers_picture_alone(unlit: GraspLift):
+    del unlit
     env = GraspLift(overrides=QUICK, cameras=1)
     assert set(env.observation_space) == {"image", "proprioception"}
     seen, _ = env.reset(seed=1)
@@ -113,18 +121,18 @@ def test_seed_repeats_observations_rewards_and_truth(env: GraspLift):
     assert other[1]["weight_n"] != one[0][1]["weight_n"]
 
 
-def test_observation_tells_opening_height_and_speeds(env: GraspLift):
-    first, _ = env.reset(seed=1, options={"gap_mm": 2.0})
+def test_observation_tells_opening_height_and_speeds(unlit: GraspLift):
+    first, _ = unlit.reset(seed=1, options={"gap_mm": 2.0})
     assert first["proprioception"] == pytest.approx([2 * (2 + 4), 0, 0, 0])
-    second = env.step(action(0.6, 0.3))[0]
+    second = unlit.step(action(0.6, 0.3))[0]
     assert second["proprioception"] == pytest.approx([2 * (1.8 + 4), 0.1, 3.0, 1.5])
-    assert (env.render() == np.hstack([second["image"], second["image_lower"]])).all()
-    assert (env.frame.image == second["image"]).all()
+    assert (unlit.render() == np.hstack([second["image"], second["image_lower"]])).all()
+    assert (unlit.frame.image == second["image"]).all()
 
 
-def test_fingers_stop_at_their_limits(env: GraspLift):
-    env.reset(seed=1, options={"gap_mm": 5.9})
-    observation = env.step(action(-1, -1))[0]
+def test_fingers_stop_at_their_limits(unlit: GraspLift):
+    unlit.reset(seed=1, options={"gap_mm": 5.9})
+    observation = unlit.step(action(-1, -1))[0]
     assert observation["proprioception"] == pytest.approx([2 * (6 + 4), 0, -1.5, 0])
 
 
@@ -161,37 +169,37 @@ def test_grasp_that_is_firm_enough_lifts_and_holds(env: GraspLift, monkeypatch: 
     assert reward < -1
 
 
-def test_episode_ends_after_its_last_step(env: GraspLift, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(env, "max_steps", 2)
-    env.reset(seed=1)
-    assert env.step(action(0, 0))[2:4] == (False, False)
-    assert env.step(action(0, 0))[2:4] == (False, True)
+def test_episode_ends_after_its_last_step(unlit: GraspLift, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(unlit, "max_steps", 2)
+    unlit.reset(seed=1)
+    assert unlit.step(action(0, 0))[2:4] == (False, False)
+    assert unlit.step(action(0, 0))[2:4] == (False, True)
     with pytest.raises(ConfigError, match=r"the episode has ended, call reset\(\) first"):
-        env.step(action(0, 0))
+        unlit.step(action(0, 0))
 
 
 def test_step_without_an_equilibrium_ends_the_episode_and_shows_the_state_before(
-    env: GraspLift, monkeypatch: pytest.MonkeyPatch
+    unlit: GraspLift, monkeypatch: pytest.MonkeyPatch
 ):
     def fail(*_: object, **__: object) -> None:
         msg = "no equilibrium"
         raise ConvergenceError(msg)
 
-    env.reset(seed=1, options={"gap_mm": 2.0})
+    unlit.reset(seed=1, options={"gap_mm": 2.0})
     monkeypatch.setattr("magicsim.robot.lift.Lift.step", fail)
-    observation, reward, is_over, is_late, info = env.step(action(1, 0))
+    observation, reward, is_over, is_late, info = unlit.step(action(1, 0))
     assert (reward, is_over, is_late, info["error"]) == (0.0, False, True, "no equilibrium")
     assert observation["proprioception"][0] == pytest.approx(12)
 
 
 @pytest.mark.parametrize("is_asked", [False, True])
 def test_episode_may_end_where_the_print_bears_no_more(
-    env: GraspLift, monkeypatch: pytest.MonkeyPatch, *, is_asked: bool
+    unlit: GraspLift, monkeypatch: pytest.MonkeyPatch, *, is_asked: bool
 ):
-    monkeypatch.setattr(env, "ends_beyond_limits", is_asked)
+    monkeypatch.setattr(unlit, "ends_beyond_limits", is_asked)
     monkeypatch.setattr(PressLimits, "excess", lambda *_, **__: "7 N is above")
-    env.reset(seed=1, options={"gap_mm": 2.0})
-    _, reward, is_over, is_late, info = env.step(action(0, 0))
+    unlit.reset(seed=1, options={"gap_mm": 2.0})
+    _, reward, is_over, is_late, info = unlit.step(action(0, 0))
     assert (reward, is_over, is_late, info["beyond_limits"]) == (-float(is_asked), is_asked, False, "7 N is above")
 
 
@@ -251,7 +259,7 @@ def test_cost_of_a_step_is_told_beside_the_repeatable_info(env: GraspLift):
     assert not any("second" in name or "cost" in name for name in info)
 
 
-def test_human_mode_shows_every_frame(env: GraspLift, monkeypatch: pytest.MonkeyPatch):
+def test_human_mode_shows_every_frame(unlit: GraspLift, monkeypatch: pytest.MonkeyPatch):
     shown: list[np.ndarray] = []
 
     class Screen:
@@ -265,11 +273,11 @@ def test_human_mode_shows_every_frame(env: GraspLift, monkeypatch: pytest.Monkey
             shown.clear()
 
     monkeypatch.setattr("magicsim.robot.environment.Picture", Screen)
-    monkeypatch.setattr(env, "render_mode", "human")
-    env.reset(seed=1)
-    env.step(action(0, 0))
+    monkeypatch.setattr(unlit, "render_mode", "human")
+    unlit.reset(seed=1)
+    unlit.step(action(0, 0))
     assert len(shown) == 2
-    assert env.render() is None
+    assert unlit.render() is None
     assert len(shown) == 3
 
 
@@ -288,22 +296,27 @@ def test_two_processes_step_at_once():
 
 
 def test_reset_and_step_speak_for_all_that_they_do(
-    env: GraspLift, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    unlit: GraspLift, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
     monkeypatch.setattr("magicsim.waiting.FIRST_S", 0.0)
     monkeypatch.setattr("magicsim.waiting.NEXT_S", 0.001)
-    env.reset(seed=2, options={"gap_mm": 0.05})
+    unlit.reset(seed=2, options={"gap_mm": 0.05})
     lines = capsys.readouterr().err.splitlines()
     assert {line.split(",")[0].split(":")[1] for line in lines} == {" resetting the environment"}
     assert any(": rendering " in line for line in lines)
-    env.step(action(1, 0))
+    unlit.step(action(1, 0))
     lines = capsys.readouterr().err.splitlines()
     assert {line.split(",")[0].split(":")[1] for line in lines} == {" a step of the environment"}
     assert any(": solving the contact, " in line for line in lines)
 
 
-@pytest.mark.parametrize("most", [1, pytest.param(None, marks=pytest.mark.slow)])
-def test_step_that_is_interrupted_has_not_happened(env: GraspLift, most: int | None):
+@pytest.mark.parametrize(
+    ("most", "kind"),
+    [(1, "unlit"), pytest.param(1, "env", marks=pytest.mark.slow), pytest.param(None, "env", marks=pytest.mark.slow)],
+)
+def test_step_that_is_interrupted_has_not_happened(request: pytest.FixtureRequest, most: int | None, kind: str):
+    env = request.getfixturevalue(kind)
+
     def told(result: tuple[Any, ...]) -> bytes:
         seen, *rest = result
         return b"".join(seen[name].tobytes() for name in sorted(seen)) + repr(rest).encode()

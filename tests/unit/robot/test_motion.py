@@ -4,7 +4,7 @@ from math import hypot
 
 import pytest
 
-from magicsim.robot.travel import ENTRY_STEP_MM, SLIDE_STEP_MM, waypoints
+from magicsim.robot.workspace import ENTRY_STEP_MM, SLIDE_STEP_MM, waypoints
 from magicsim.scenes.timeline import UNTOUCHED
 
 NEAR = replace(UNTOUCHED, gap_mm=1.0)

@@ -6,7 +6,7 @@ import pytest
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.structure import box_lattice
 from magicsim.geometry.pose import Pose
-from magicsim.robot.travel import slip_mm, slip_share
+from magicsim.robot.workspace import slip_mm, slip_share
 
 PLANES = np.array([0.0, 1.0])
 REST = Deformation.rest(box_lattice((PLANES, PLANES, PLANES), shear_modulus_mpa=1.0, lame_mpa=10.0))

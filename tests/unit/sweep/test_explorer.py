@@ -18,7 +18,7 @@ from magicsim.sweep.explorer import (
 )
 from magicsim.sweep.measures import described
 from magicsim.sweep.result import DesignResult
-from magicsim.sweep.trends import check_trends
+from magicsim.sweep.verdicts import check_trends
 from sweep.fakes import NOTE, small_sweep
 
 

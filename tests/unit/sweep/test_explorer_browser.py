@@ -7,7 +7,7 @@ import pytest
 
 from magicsim.sweep.explorer import render_explorer
 from magicsim.sweep.result import DesignResult
-from magicsim.sweep.trends import check_trends
+from magicsim.sweep.verdicts import check_trends
 
 from .fakes import NOTE, small_sweep
 

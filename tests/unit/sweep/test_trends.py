@@ -4,7 +4,7 @@ import pytest
 
 from magicsim.sweep.measures import Measured
 from magicsim.sweep.result import DesignResult
-from magicsim.sweep.trends import check_trends, series
+from magicsim.sweep.verdicts import check_trends, series
 
 
 def test_rows_hold_designs_that_differ_in_one_field_alone(results: list[DesignResult]):

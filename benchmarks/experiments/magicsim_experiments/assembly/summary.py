@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from magicsim.judge.intervals import exact_share
+from magicsim.judge.measures import exact_share
 from magicsim.robot.grip.load import Hold
 from magicsim_experiments.assembly.stages import BEFORE, EARLY, Misalignment, TrialStage
 from magicsim_experiments.assembly.trial import Cues

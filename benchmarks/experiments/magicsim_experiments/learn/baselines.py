@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from magicsim.arrays import Array, Index
-from magicsim.judge.intervals import ends, resampled
+from magicsim.judge.measures import ends, resampled
 from magicsim_experiments.learn.samples import Images, Label, Samples
 
 RESAMPLES = 1000

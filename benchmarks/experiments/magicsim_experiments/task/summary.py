@@ -6,7 +6,7 @@ from typing import Any
 
 from magicsim.detectors.grasp import GraspStage
 from magicsim.detectors.verdict import Proximity
-from magicsim.judge.intervals import exact_share
+from magicsim.judge.measures import exact_share
 from magicsim_experiments.task.episode import GraspRecord
 from magicsim_experiments.task.settings import Item
 from magicsim_experiments.task.story import Story

@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 
 from magicsim.arrays import Array, Index, Mask
 from magicsim.errors import OutputError
-from magicsim.judge.intervals import ends
+from magicsim.judge.measures import ends
 from magicsim_experiments.learn.baselines import RESAMPLES
 from magicsim_experiments.learn.fitting import ANSWERS, Fit
 from magicsim_experiments.learn.samples import Label

@@ -12,8 +12,7 @@ from pydantic import Field
 from magicsim.config.models import validate
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
-from magicsim.scenes.lamps import Radiance
-from magicsim.scenes.rig import DARK, Rig
+from magicsim.scenes.rig import DARK, Radiance, Rig
 from magicsim.scenes.scene import RenderSettings, SceneConfig
 from magicsim_experiments.study.lighting.color_measures import (
     CHANNELS,
