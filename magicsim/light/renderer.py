@@ -20,6 +20,7 @@ from magicsim.light.facing.glow import Glow, facing_light
 from magicsim.light.frame.anchored_image import REACH_PX, anchored_change, anchored_image
 from magicsim.light.frame.frame_image import Look, own_field, passing_light_change, room_part
 from magicsim.light.frame.frame_light import Before, free_light, lifted, touched_light
+from magicsim.light.near.lamp_light import LampLight
 from magicsim.light.near.near_object import NearObject
 from magicsim.light.near.near_transport import NearTransport
 from magicsim.light.plain_renderer import PlainRenderer, checked
@@ -45,6 +46,8 @@ NO_CONTACT = SurfaceMesh(vertices=np.zeros((0, 3)), faces=np.zeros((0, 3), np.in
 """What a dent touches that an object has left: what it changes of the light in the block is less than noise."""
 PASSING_PARTICLES_PART = 2
 """What passes gets the strips' particles divided by this."""
+LAMP_PARTICLES = 4
+"""Times the strips' particles that a flashlight in one place gets once, for all frames by compressed transport."""
 MOST_RECORDED = 20_000_000
 """Camera paths that are recorded at most, with two gigabytes: of a larger image fewer a pixel."""
 
@@ -95,7 +98,7 @@ class Renderer(PlainRenderer):
         self._reaches: list[sp.csr_matrix] | None = None
         self._before: tuple[Array | None, float | None, Before] | None = None
         self._passing: PassingLight | None = None
-        self._near: tuple[NearTransport, NearObject] | None = None
+        self._near: NearObject | None = None
 
     def reseeded(self, *, seed: int, anchor_seed: int) -> Self:
         """This renderer with other random numbers; both bring their views into the same Mitsuba scenes."""
@@ -153,7 +156,7 @@ class Renderer(PlainRenderer):
 
     @plain_errors()
     def compressed(self, view: View) -> FloatImage | None:
-        """Radiance of a view in which an object is near and nothing else changes, by compressed transport.
+        """Radiance of a view in which nothing touches, by compressed transport: of object, flashlight, what passes.
 
         Faster than `radiance` and as exact (`benchmarks/frame_error.py --tiers true,fast`); None for all other views.
 
@@ -161,23 +164,45 @@ class Renderer(PlainRenderer):
             RenderError: The image holds values that are not finite.
         """
         shown = self._within_reach(view)
-        placed, indenter, window = self._placed(shown), shown.indenter, self._film.window
-        others = (shown.flashlight_x_mm, shown.facing_mm, shown.passing_mm, shown.companion)
-        if placed is None or indenter is None or self.object_mesh is None or any(each is not None for each in others):
+        placed, light_x_mm, window = self._placed(shown), shown.flashlight_x_mm, self._film.window
+        if shown.facing_mm is not None or shown.companion is not None or self._is_moved(shown, placed):
             return None
-        if self._is_moved(shown, placed) or not self._is_anchored or self.object_finish.is_ghost:
+        if not self._is_anchored or self.elastomer.design.is_opaque or self.object_finish.is_ghost:
             return None
         if VARIANT == CUDA_VARIANT and self.object_finish.specular > 0:  # what it mirrors needs two scenes at once
             return None
+        if placed is None and light_x_mm is None and view.passing_mm is None:
+            return None
+        if placed is not None and light_x_mm is not None and placed[:, 2].max() < -self.rig.flashlight.distance_mm:
+            return None  # behind the flashlight
         self._check_room(shown, placed)
-        if self._near is None:
-            transport = self.of_sensor("near", lambda: NearTransport.of(self.light(View()), self.anchor()))
-            self._near = transport, NearObject.of(self.object_mesh, self.object_finish)
-        transport, target = self._near
-        target.place(indenter.pose)
+        transport = self.of_sensor("near", lambda: NearTransport.of(self.light(View()), self.anchor()))
+        lamp = self._lamp_light(transport, light_x_mm) if light_x_mm is not None else None
+        passing = self._passing_light(view.passing_mm) if view.passing_mm is not None else None
+        target = self._near_object(shown)
         pixels = window.numbers(self._film.columns, self._film.rows)
-        image = transport.image(target, pixels, seed=self.seed)
+        image = transport.image(target, pixels, seed=self.seed, lamp=lamp, passing=passing)
         return self._film.seen(checked(image.reshape(window.rows, window.columns, 3).astype(np.float32)))
+
+    def _near_object(self, view: View) -> NearObject | None:
+        """The object of a view, in its place, for compressed transport."""
+        if view.indenter is None or self.object_mesh is None:
+            return None
+        if self._near is None:
+            self._near = NearObject.of(self.object_mesh, self.object_finish)
+        self._near.place(view.indenter.pose)
+        return self._near
+
+    def _lamp_light(self, transport: NearTransport, light_x_mm: float) -> LampLight:
+        """Light of the flashlight in one place in the untouched sensor."""
+        lamp, light, outside = self.rig.flashlight, transport.light, self._outside(None, light_x_mm)
+        particles, seed = LAMP_PARTICLES * self.settings.particles, self.settings.anchor_seed
+        return self.of_sensor(
+            f"flashlight {lamp!r} {light_x_mm}", lambda: LampLight.of(
+                transport.world, transport.rest.paths, outside, light.into, light.brought, lamp=lamp,
+                light_x_mm=light_x_mm, particles=particles, seed=seed,
+            ),
+        )  # fmt: skip
 
     def of_sensor(self, kind: str, make: Callable[[], Made]) -> Made:
         """What all episodes of this sensor share, made by the first that asks."""

@@ -52,7 +52,8 @@ class Emulation:
             ConfigError: The model does not know the touch, and the scene wants no true frame then.
             RenderError: A frame that was checked is farther off than the model says that its frames are.
         """
-        if state.gap_mm is None or not isinstance(deformation, Deformation):
+        shows = state.gap_mm is not None or state.flashlight or state.passing_mm is not None
+        if not shows or not isinstance(deformation, Deformation):
             return None
         if self.emulator is None:
             self.emulator = self._emulator(sensor)

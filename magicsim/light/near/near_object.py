@@ -62,12 +62,13 @@ class NearObject:
         self.parameters.update()
         self.placed = SurfaceMesh(vertices=pose.to_sensor(self.mesh.vertices), faces=self.mesh.faces)
 
-    def look(self, block: Any, room: Any, ports: Ports, lines: Any, *, rays: int, seed: int) -> "Seen":
+    def look(self, block: Any, still: Any, room: Any, ports: Ports, lines: Any, *, rays: int, seed: int) -> "Seen":
         """What the object's own rays and lines from the face meet.
 
         Args:
             block: The sensor's scene, with nothing before it.
-            room: What shines from all around, or None.
+            still: What shines from all around where nothing else is, or None.
+            room: What shines from all around in this frame, or None.
             ports: Of the light that leaves the face.
             lines: Lines from the face, mi.Ray3f.
             rays: Rays from the object's surface.
@@ -81,13 +82,14 @@ class NearObject:
             for first, second in ((sent.rays.o, lines.o), (sent.rays.d, lines.d))
         )
         both = mi.Ray3f(mi.Point3f(*origins), mi.Vector3f(*ways))
-        number, triangle, share, behind, free = _met(
+        number, triangle, share, now, free = _met(
             self.scene, mi.ShapePtr(self.object), block, room, self.matt, ports, both
         )
         areas = np.bincount(sent.triangle, sent.area_mm2, len(self.mesh.faces)).astype(np.float64)
         return Seen(
-            number=number[:count], triangle=triangle, share=share, behind=behind, free=free, sent=sent,
-            areas_mm2=areas, kernel=self._blended(self.placed),
+            number=number[:count], triangle=triangle, share=share, now=now[:count], behind=radiance_of(still, lines),
+            free=free[:count], sent=sent, areas_mm2=areas,
+            kernel=self._blended(self.placed),
         )  # fmt: skip
 
     def mirrored(
@@ -136,10 +138,12 @@ class Seen:
     """The object's triangle that each ray meets; -1 where it meets none."""
     share: Array
     """What that sends out for each unit of irradiance, shape (rays, 3)."""
+    now: Array
+    """Radiance of the room behind everything along the object's rays, shape (object's rays, 3)."""
     behind: Array
-    """Radiance of the room behind everything, shape (rays, 3)."""
+    """That along the lines, of the room where nothing else is, shape (lines, 3)."""
     free: Mask
-    """Which rays meet nothing."""
+    """Which of the object's rays meet nothing."""
     sent: ObjectRays
     areas_mm2: Array
     """Area that the object's rays stand for on each triangle, shape (triangles,) [mm2]."""
@@ -153,7 +157,7 @@ class Seen:
             own: The object's irradiance before, of the same shape as the result.
         """
         count, triangles = len(self.number), len(self.areas_mm2)
-        met = self.behind[:count] * self.free[:count, None]
+        met = self.now * self.free[:, None]
         met += np.concatenate([shining, np.zeros((1, 3))])[self.number] + self._sent_out(own)[:count]
         met *= np.pi * self.sent.area_mm2[:, None]
         flux = np.zeros((triangles, 3))
@@ -161,10 +165,15 @@ class Seen:
             flux[:, channel] = np.bincount(self.sent.triangle, met[:, channel], triangles)
         return self.kernel.gathered(flux, self.areas_mm2, np.zeros(triangles, bool), np.zeros_like(flux))
 
-    def changes(self, own: Array) -> Array:
-        """What the object changes of the radiance that comes along the face's lines, shape (lines, 3)."""
-        count = len(self.number)
-        return (self._sent_out(own) - self.behind * (self.triangle >= 0)[:, None])[count:]
+    def changes(self, own: Array, passed: Array) -> Array:
+        """What changes of the radiance that comes along the face's lines, shape (lines, 3).
+
+        Args:
+            own: The object's irradiance, shape (triangles, 3).
+            passed: What passes changes where a line meets no object, shape (lines, 3).
+        """
+        on_object = self.triangle[len(self.number) :, None] >= 0
+        return np.where(on_object, self._sent_out(own)[len(self.number) :] - self.behind, passed)
 
     def _sent_out(self, own: Array) -> Array:
         return self.share * own[self.triangle]
@@ -178,13 +187,16 @@ def _met(scene: Any, shape: Any, block: Any, room: Any, finish: Finish, ports: P
     number = dr.select(found & ~own, number, ports.count)
     triangle = dr.select(own, mi.Int32(si.prim_index), -1)
     share = dr.select(own, finish.diffuse(si, own), 0)
-    behind = room.eval(missed(rays)) if room is not None else dr.zeros(mi.Color3f, dr.width(number))
-    dr.eval(own, number, triangle, share, behind)
+    dr.eval(own, number, triangle, share)
     free = ~own & (number == ports.count) & ~block.ray_intersect_preliminary(rays).is_valid()
     return (
-        np.array(number), np.array(triangle), np.array(share, np.float64).T, np.array(behind, np.float64).T,
-        np.array(free),
+        np.array(number), np.array(triangle), np.array(share, np.float64).T, radiance_of(room, rays), np.array(free),
     )  # fmt: skip
+
+
+def radiance_of(room: Any, rays: Any) -> Array:
+    """What shines along rays from all around, shape (rays, 3); nothing for None."""
+    return np.array(room.eval(missed(rays)), np.float64).T if room is not None else np.zeros((dr.width(rays), 3))
 
 
 @dr.syntax  # type: ignore[untyped-decorator]

@@ -8,7 +8,7 @@ changes those in turn.
 """
 
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,8 @@ import scipy.sparse as sp
 from magicsim.arrays import Array, Index, Numbers
 from magicsim.light.backend import aligned, columns, dr, mi
 from magicsim.light.frame.frame_image import own_field
-from magicsim.light.near.near_object import NearObject
+from magicsim.light.near.lamp_light import LampDisk, LampLight
+from magicsim.light.near.near_object import NearObject, radiance_of
 from magicsim.light.near.ports import Ports
 from magicsim.light.records.recorded_paths import MOMENTS, WEIGHT, RecordedPaths, record_paths
 from magicsim.light.records.untouched import Untouched
@@ -28,6 +29,7 @@ from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.path_record import PathRecord
 from magicsim.light.transport.path_starts import ObjectStarts
 from magicsim.light.transport.streams import ON_OBJECT, SEEDS_PER_RENDER
+from magicsim.light.world.passing_light import PassingLight
 
 OUT = (1.0, 3, 8)
 """Ports of light that leaves: edge of a patch [mm], about the grid's pitch, rings and sectors of directions."""
@@ -49,6 +51,8 @@ class PortLight:
 
     brought: npt.NDArray[np.float32]
     """What each port that comes in brings to cells and voxels, by unit radiance, shape (cells + voxels, ports)."""
+    into: Ports
+    """Ports of light that comes in."""
     ports: Ports
     """Ports of light that leaves."""
     shining: Array
@@ -77,7 +81,7 @@ class PortLight:
         lines = mi.Ray3f(mi.Point3f(*columns(table[:, :3])), mi.Vector3f(*columns(table[:, 3:WEIGHT])))
         weights = (table[:, WEIGHT].astype(np.float64), (owner, np.arange(len(owner))))
         return cls(
-            brought=_brought(world, into), ports=ports, shining=shining, lines=lines,
+            brought=_brought(world, into), into=into, ports=ports, shining=shining, lines=lines,
             sums=sp.csr_matrix(weights, (into.count + ports.count, len(owner))), leaving=leaving.response,
             seen=_thinned(paths, SEEN_RAYS), mirror=_thinned(paths, MIRROR_RAYS),
         )  # fmt: skip
@@ -96,37 +100,78 @@ class NearTransport:
         """For the scene with nothing before the block, and what is known of it untouched."""
         return cls(world=world, rest=rest, light=PortLight.of(world, rest))
 
-    def image(self, target: NearObject, pixels: Numbers, *, seed: int) -> Array:
-        """Radiance of some pixels with an object before the block, shape (pixels, 3).
+    def image(
+        self, target: NearObject | None, pixels: Numbers, *, seed: int, lamp: LampLight | None = None,
+        passing: PassingLight | None = None,
+    ) -> Array:  # fmt: skip
+        """Radiance of some pixels with something before the block, shape (pixels, 3).
 
         Args:
             target: The object, in its place.
             pixels: Numbers of the pixels, row by row of the film.
             seed: Of the frame.
+            lamp: Light of the flashlight, if it shines.
+            passing: What passes in the room, in its place.
         """
-        world, rest, light, room = self.world, self.rest, self.light, self.world.inventory.environment
-        stream = SEEDS_PER_RENDER * seed + ON_OBJECT
-        met = target.look(world.scene, room, light.ports, light.lines, rays=OBJECT_RAYS, seed=stream)
-        lit = met.irradiance(light.shining, np.zeros((len(target.mesh.faces), 3)))
+        world, rest, light = self.world, self.rest, self.light
+        found = np.asarray(rest.image.reshape(-1, 3)[pixels], np.float64)
+        if lamp is not None:
+            found = found + lamp.image(passing, target.scene if target is not None else None)[pixels]
+        if passing is not None:
+            found = found + rest.paths.seen_of_room(passing, pixels)
+        still = world.inventory.environment
+        passed = radiance_of(passing, light.lines)
+        if target is None:
+            if passing is not None:
+                values = self._values(self._brought((light.sums @ passed)[: light.brought.shape[1]]))
+                found = found + (light.seen.response @ values)[pixels]
+            return np.asarray(np.maximum(found, 0))
+        stream, own, hidden = SEEDS_PER_RENDER * seed + ON_OBJECT, light.shining, np.zeros(())
+        disk = lamp.disk if lamp is not None else None
+        now = _Room(still, passing, disk)
+        met = target.look(world.scene, still, now, light.ports, light.lines, rays=OBJECT_RAYS, seed=stream)
+        if lamp is not None:
+            own = own + light.leaving @ self._values(lamp.brought)
+            hidden = lamp.hidden(target.scene, light.brought)
+        lit = met.irradiance(own, np.zeros((len(target.mesh.faces), 3)))
         for _ in range(TURNS):
-            changed = light.sums @ met.changes(lit)
+            changed = light.sums @ met.changes(lit, passed)
             coming, back = np.split(changed, [light.brought.shape[1]])
-            change = self._field(light.brought @ coming.astype(np.float32))
-            values = _values(world, change)
-            shining = light.shining + light.leaving @ values + back
+            values = self._values(self._brought(coming) - hidden)
+            shining = own + light.leaving @ values + back
             lit = met.irradiance(shining, lit)
         outside: Any = target
-        found = (light.seen.response @ values)[pixels] + light.seen.seen_outside(
-            room, outside, lit, target.finish, pixels
-        )
+        found = found + (light.seen.response @ values)[pixels]
+        found += light.seen.seen_outside(_Room(still, passing, None), outside, lit, target.finish, pixels)
         if target.finish.specular > 0:
-            found += target.mirrored(world.scene, room, light.ports, shining, lit, light.mirror, pixels, seed=seed)
-        return np.asarray(np.maximum(rest.image.reshape(-1, 3)[pixels] + found, 0))
+            found += target.mirrored(world.scene, now, light.ports, shining, lit, light.mirror, pixels, seed=seed)
+        return np.asarray(np.maximum(found, 0))
 
-    def _field(self, light: npt.NDArray[np.float32]) -> LightField:
+    def _brought(self, coming: Array) -> Array:
+        """Light in cells and voxels that ports of some radiance bring, shape (cells + voxels, 3)."""
+        return np.asarray(self.light.brought @ coming.astype(np.float32), np.float64)
+
+    def _values(self, brought: Array) -> npt.NDArray[np.float32]:
+        """Means, as records count them, of what is brought to cells and voxels."""
         dark = self.world.darkness()
         cells = len(dark.fluence)
-        return replace(dark, fluence=light[:cells].astype(np.float64), body=light[cells:].astype(np.float64))
+        field = replace(dark, fluence=brought[:cells], body=brought[cells:])
+        return _values(self.world, field)
+
+
+class _Room(NamedTuple):
+    """What shines from all around in one frame."""
+
+    still: Any
+    """Where nothing else is, or None."""
+    passing: PassingLight | None
+    lamp: LampDisk | None
+
+    def eval(self, si: Any, active: Any = True) -> Any:
+        """Radiance that arrives at `si.p` along `-si.wi`, mi.Color3f."""
+        parts = [each.eval(si, active) for each in (self.still, self.passing) if each is not None]
+        found = sum(parts, mi.Color3f(0))
+        return found if self.lamp is None else dr.select(active & self.lamp.met(si), self.lamp.radiance, found)
 
 
 def _values(world: LitWorld, field: LightField) -> npt.NDArray[np.float32]:

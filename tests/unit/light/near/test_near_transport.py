@@ -38,7 +38,8 @@ def sensor_of(*settings):
 
 @pytest.fixture(scope="module")
 def sensor():
-    return sensor_of(f"rig.ambient=[{BRIGHT},{BRIGHT},{BRIGHT}]", *BALL)
+    dark = "rig.passing={distance_mm=500,size_mm=[200,600],rise_mm=0,reflectance=[0.1,0.1,0.1]}"
+    return sensor_of(f"rig.ambient=[{BRIGHT},{BRIGHT},{BRIGHT}]", dark, *BALL)
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +72,8 @@ def test_light_of_an_even_room_through_the_ports_is_that_of_its_particles_throug
 def test_light_of_the_rest_that_leaves_is_what_falls_on_a_face_before_it(sensor, transport):
     target = NearObject.of(sensor.renderer.object_mesh, Finish(color=(0.0, 0.0, 0.0)))
     target.place(sensor.view(at(0.01), sensor.rest).indenter.pose)
-    met = target.look(transport.world.scene, None, transport.light.ports, transport.light.lines, rays=20_000, seed=0)
+    light = transport.light
+    met = target.look(transport.world.scene, None, None, light.ports, light.lines, rays=20_000, seed=0)
     top, dark = target.placed.vertices[target.mesh.faces, 2].mean(1) > -0.05, np.zeros((len(target.mesh.faces), 3))
     middle = transport.light.shining.reshape(12, 10, -1, 3)[5:7, 4:6].mean((0, 1, 2))
     np.testing.assert_allclose(met.irradiance(transport.light.shining, dark)[top].mean(0), np.pi * middle, rtol=0.1)
@@ -84,20 +86,41 @@ def test_an_object_as_bright_as_the_room_that_it_hides_changes_nothing(sensor, t
     target.place(sensor.view(at(0.5), sensor.rest).indenter.pose)
     pixels = np.arange(transport.rest.image.shape[0] * transport.rest.image.shape[1], dtype=np.uint32)
     room = transport.world.inventory.environment
-    met = target.look(transport.world.scene, room, transport.light.ports, transport.light.lines, rays=1000, seed=0)
+    light = transport.light
+    met = target.look(transport.world.scene, room, room, light.ports, light.lines, rays=1000, seed=0)
     for share, expected in ((1.0, 0.0), (3.0, 2.0)):
         even = np.full((len(target.mesh.faces), 3), share * BRIGHT * np.pi / 0.5)
         seen = transport.light.seen.seen_outside(room, target, even, target.finish, pixels) / BRIGHT
         assert (seen.max() > 0.1) == (expected > 0)
-        came = transport.light.sums @ met.changes(even) / BRIGHT
+        came = light.sums @ met.changes(even, np.zeros((len(met.behind), 3))) / BRIGHT
         assert came[: transport.light.brought.shape[1]].max() == pytest.approx(expected, abs=1e-4)
         hidden = transport.light.seen.seen_outside(room, target, 0 * even, target.finish, pixels) / BRIGHT
         np.testing.assert_allclose(seen, -expected * hidden, atol=1e-4)
 
 
-@pytest.mark.parametrize("state", [at(0.002), at(2.0, x_mm=1.5)])
+@pytest.mark.parametrize(
+    "state",
+    [
+        at(0.002), at(2.0, x_mm=1.5), at(None, flashlight=True), at(1.0, flashlight=True), at(12.0, flashlight=True),
+        at(None, passing_mm=50.0), at(1.0, passing_mm=50.0), at(2.0, passing_mm=0.0, flashlight=True, light_x_mm=8.0),
+    ],
+)  # fmt: skip
 def test_an_image_is_the_true_one(sensor, state):
     compare(sensor, state)
+
+
+def test_a_flashlight_hides_what_passes_behind_it(sensor):
+    lit, both = (
+        sensor.renderer.compressed(sensor.view(at(None, flashlight=True, passing_mm=place), sensor.rest))
+        for place in (None, 0.0)
+    )
+    rest, passing = (
+        sensor.radiance(at(None, passing_mm=place), sensor.rest) if place is not None else
+        sensor.radiance(UNTOUCHED, sensor.rest) for place in (None, 0.0)
+    )  # fmt: skip
+    straight = (lit - rest).mean(-1) > 0.5 * (lit - rest).max()
+    assert straight.sum() > 20
+    assert np.abs(both - lit)[straight].mean() < 0.3 * np.abs(passing - rest)[straight].mean()
 
 
 @pytest.mark.slow
@@ -132,10 +155,10 @@ def compare(sensor, state):
     np.testing.assert_allclose(found.mean((0, 1)), true.mean((0, 1)), atol=0.05 * np.abs(true.mean((0, 1))).max())
 
 
-def test_what_is_no_object_alone_that_is_near_is_left_to_others(sensor):
+def test_what_touches_or_is_not_there_is_left_to_others(sensor):
     renderer = sensor.renderer
     assert renderer.compressed(sensor.view(UNTOUCHED, sensor.rest)) is None
-    assert renderer.compressed(sensor.view(at(0.5, flashlight=True), sensor.rest)) is None
+    assert renderer.compressed(sensor.view(at(45.0, flashlight=True), sensor.rest)) is None
     assert renderer.compressed(sensor.view(at(-0.5), sensor.deform(at(-0.5), sensor.rest))) is None
 
 
