@@ -13,7 +13,8 @@ adds nothing; the change's own size is the mean of C1 C2. `grain` is the part of
 pixels' width at half height, `slow` what is below it. `spread` is the standard deviation over seeds, each with pixel
 positions and light particles of its own. All are grey levels of an exposure that brings the untouched frame to its
 level, before they are rounded: far is 8 mm and more from the contact, corners are squares of 60 pixels. `mean`, `p99`
-are distances from the mean of both halves, whose own noise is among them. `seconds` of a processor are those of one
+are distances from the mean of both halves, whose own noise is among them. Several tiers are compared before contact
+under a flashlight (`lit`), too. `seconds` of a processor are those of one
 image, what is computed once left out. The plot, beside the figures, shows all of it over the depth. Of several tiers it
 shows error against time, and beside it that of the force at each `contact.quality`, against a finer lattice.
 """
@@ -68,6 +69,8 @@ class FrameError:
     object: str
     depth_mm: float
     """Negative before contact."""
+    lit: bool
+    """Whether the flashlight is on."""
     region: str
     change: float
     error: float
@@ -94,9 +97,9 @@ class ForceError:
     """Of a processor."""
 
 
-def pressed(depth_mm: float) -> FrameState:
+def pressed(depth_mm: float, *, lit: bool = False) -> FrameState:
     """An object in the middle of the face."""
-    return FrameState(gap_mm=-depth_mm, x_mm=0, y_mm=0, twist_deg=0.0, flashlight=False, light_x_mm=0)
+    return FrameState(gap_mm=-depth_mm, x_mm=0, y_mm=0, twist_deg=0.0, flashlight=lit, light_x_mm=0)
 
 
 def regions(touched: Mask, pixel_mm: float) -> dict[str, Mask]:
@@ -159,15 +162,18 @@ def measure(
 
     landing_mm = pixel_landing_mm(first.design, first.rig.lens, first.rig.camera)
     at_rest, found = halves(UNTOUCHED, careful.rest), []
-    for depth_mm in depths:
-        state = pressed(depth_mm)
+    states = [pressed(each) for each in depths]
+    if len(tiers) > 1:
+        states.insert(1, pressed(depths[0], lit=True))
+    for state in states:
+        depth_mm = -float(state.gap_mm or 0)
         deformation = first.deform(state, first.rest) if depth_mm > 0 else first.rest
         truth = [now - rest for now, rest in zip(halves(state, deformation), at_rest, strict=True)]
         mask = contact_mask(deformation, landing_mm)
         for tier in tiers:
             frames, _ = rendered(sensors[tier], state, deformation)
             # One image more, when all is compiled, and what the frames of a press share is known.
-            before = pressed(0.8 * depth_mm)
+            before = pressed(0.8 * depth_mm, lit=state.flashlight)
             held = first.deform(before, first.rest) if depth_mm > 0 else first.rest
             _, seconds = rendered(sensors[tier][-1:], before, held)
             changes = [gain * (frame - rest) for frame, rest in zip(frames, rests[tier], strict=True)]
@@ -178,7 +184,7 @@ def measure(
                 whole = np.mean([rms(one, two, part) ** 2 for one, two in errors])
                 fine = np.mean([rms(one - smooth(one), two - smooth(two), part) ** 2 for one, two in errors])
                 row = FrameError(
-                    object=name, depth_mm=depth_mm, region=region, change=rms(*truth, part),
+                    object=name, depth_mm=depth_mm, lit=state.flashlight, region=region, change=rms(*truth, part),
                     error=float(np.sqrt(whole)), grain=float(np.sqrt(fine)), slow=float(np.sqrt(slow)),
                     spread=float(np.sqrt(np.var(changes, axis=0, ddof=1)[part].mean())),
                     mean=float(off[:, part].mean()), p99=float(np.percentile(off[:, part], 99)), tier=tier,
