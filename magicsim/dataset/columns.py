@@ -51,6 +51,7 @@ def columns_of(recipe: Recipe) -> list[Column]:
         ),
         *PARTS["seen"],
         *(PARTS["checked"] if recipe.render.tier == "fast" else []),
+        *(PARTS["flow"] if recipe.contact.infill_yield_mpa is not None else []),
         *PARTS["solved"],
         *(
             value(f"{DRAWN}{name}", "float64", "drawn value; NaN where it does not apply")

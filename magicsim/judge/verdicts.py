@@ -164,7 +164,8 @@ def write_table(path: Path, episode: Episode, judgements: Sequence[Judgement]) -
             for key in (*NUMBERS, *WORDS):
                 row[f"{judgement.profile}_{key}"] = verdict.get(key, math.nan if key in NUMBERS else "")
             row[f"{judgement.profile}_weak"] = bool(verdict.get("weak"))
-    schema = _schema(judgements, marked=marked, touch=rows[0] if taxels else {})
+    flows = episode.scene.contact.infill_yield_mpa is not None
+    schema = _schema(judgements, marked=marked, flows=flows, touch=rows[0] if taxels else {})
     pq.write_table(pa.Table.from_pylist(rows, schema=schema), path, compression="zstd")
 
 
@@ -184,7 +185,7 @@ def read_table(folder: Path, names: Sequence[str]) -> list[dict[str, Any]]:
     return rows
 
 
-def _schema(judgements: Sequence[Judgement], *, marked: bool, touch: dict[str, Any]) -> pa.Schema:
+def _schema(judgements: Sequence[Judgement], *, marked: bool, flows: bool, touch: dict[str, Any]) -> pa.Schema:
     number, vector = pa.float64(), pa.list_(pa.float64(), 3)
     picture = pa.struct({"bytes": pa.binary(), "path": pa.string()})
     fields = [
@@ -196,6 +197,8 @@ def _schema(judgements: Sequence[Judgement], *, marked: bool, touch: dict[str, A
         ("iterations", pa.int32()), ("min_jacobian", number), ("max_penetration_mm", number), ("force_balance", number),
         ("contact_mask", picture), ("displacements_mm", pa.list_(pa.float32())),
     ]  # fmt: skip
+    if flows:
+        fields += [("dissipated_nmm", number)]
     if marked:
         fields += [(name, pa.list_(pa.list_(number))) for name in MARKERS]
     touched = [name for name in TOUCH_COLUMNS if name in touch]

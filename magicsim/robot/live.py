@@ -71,9 +71,10 @@ class LiveSensor:
             GeometryError: The design cannot be built.
             RenderError: The estimator cannot render these materials.
         """
-        if scene.contact.rate_dependent:
-            msg = "contact.rate_dependent = True is not allowed here: the motions of a live sensor are quasi-static"
-            raise ConfigError(msg)
+        if (memory := scene.contact.memory) is not None:
+            raise ConfigError(
+                f"{memory} is not allowed here: the motions of a live sensor are quasi-static and elastic"
+            )
         if isinstance(scene.rig.camera.compression, H264):
             raise ConfigError(
                 "rig.camera.compression.kind = 'h264' is not allowed here: frames of a live sensor are developed in "

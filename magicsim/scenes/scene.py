@@ -77,6 +77,9 @@ class ContactSettings(Config):
     recovers: bool = False
     """Whether a rate-dependent body goes on relaxing after the object has left: a dent stays for a while, is seen, and
     is found by a second touch. Otherwise the untouched sensor is the drawn one."""
+    infill_yield_mpa: Annotated[float, Field(ge=1e-6, le=10)] | None = None
+    """Shear stress at which the infill flows [MPa]; it never does by default. Then earlier touches matter, a dent stays
+    and is seen, and rows say what was dissipated; nothing relaxes besides. `design.limits` has a range of it."""
     max_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 2000
     """Iterations of one frame's equilibrium before the press is refused: its bound on time, counted so that no clock
     decides about a result. An iteration takes 0.1 s at 15,000 unknowns; the hardest valid press that is known needs
@@ -92,6 +95,23 @@ class ContactSettings(Config):
     def _problems(self) -> Iterator[str | None]:
         if self.recovers and not self.rate_dependent:
             yield "recovers = true is not allowed with rate_dependent = false: a body without memory keeps no dent"
+        if self.infill_yield_mpa is not None and self.rate_dependent:
+            yield (
+                f"infill_yield_mpa = {self.infill_yield_mpa:g} is not allowed with rate_dependent = true: what relaxes "
+                "does not flow"
+            )
+
+    @property
+    def keeps_dent(self) -> bool:
+        """Whether a touch may leave something behind that is seen."""
+        return self.recovers or self.infill_yield_mpa is not None
+
+    @property
+    def memory(self) -> str | None:
+        """What makes the block remember earlier frames, friction apart; None where nothing does."""
+        if self.rate_dependent:
+            return "contact.rate_dependent = True"
+        return f"contact.infill_yield_mpa = {self.infill_yield_mpa:g}" if self.infill_yield_mpa is not None else None
 
 
 RECORDED_SAMPLES = 32
@@ -213,6 +233,8 @@ class SceneConfig(Config):
         if self.object is None and any(keyframe.gap_mm is not None for keyframe in self.keyframes):
             yield "object is missing: a keyframe gives gap_mm, so [object] must say what approaches"
         yield sensor_refusal(self.design, self.rig, is_recorded=self.render.is_recorded)
+        if self.contact.infill_yield_mpa is not None and self.design.cell_mm == 0:
+            yield f"{self.contact.memory} is not allowed for a block without infill (cell_mm = 0)"
         for place, keyframe in enumerate(self.keyframes):
             found = None if keyframe.gap_mm is None else gap_refusal(self.design, self.rig, keyframe.gap_mm)
             yield None if found is None else f"keyframes.{place}.gap_mm{found}"

@@ -1,5 +1,6 @@
 """What one simulated episode holds: frames and ground truth."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from html import escape
@@ -52,6 +53,8 @@ class FrameTruth:
     """Quality of the deformation."""
     beyond_limits: str = ""
     """What of the touch is above the design's limits, see `PressLimits.excess`; empty where nothing is."""
+    dissipated_nmm: float | None = None
+    """Energy that the infill has turned into heat since the first touch [N mm]; None where none has flowed."""
 
     @property
     def label(self) -> str:
@@ -235,6 +238,7 @@ def truth_row(frame: SimulatedFrame) -> dict[str, Any]:
         "force_n": list(truth.force_n), "torque_nmm": list(truth.torque_nmm),
         "contact_area_mm2": truth.contact_area_mm2, "beyond_limits": bool(truth.beyond_limits),
         "in_view": frame.labels.in_view, "light_way": frame.origin.light, "image_way": frame.origin.image,
+        "dissipated_nmm": math.nan if truth.dissipated_nmm is None else truth.dissipated_nmm,
         **asdict(truth.solve),
     }  # fmt: skip
 

@@ -77,7 +77,7 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
     dented = False
     for index, state in enumerate(states):
         touching = state.can_touch or dented
-        dented = scene.contact.recovers and touching
+        dented = scene.contact.keeps_dent and touching
         relaxing = touching and scene.contact.rate_dependent
         before = frames[-1] if touching and frames and states[index - 1] == state else None
         look = as_seen(scene.design, state) if leave_out else state
@@ -88,6 +88,8 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
         if leave_out and earlier is None and not touching:
             seen[look] = index
     kept, left_out = _explain(scene, frames, grid, spacing_mm)
+    if scene.design.cell_mm > 0 and any(frame.solve for frame in frames):
+        (left_out if scene.contact.infill_yield_mpa is None else kept).append(_flow(scene))
     if scene.rig.near_mm is not None and not scene.design.is_opaque:
         reason = f"its picture is {scene.rig.near_mm:g} mm away and seen from each place; no shadow falls on it"
         kept.append(Decision(stage="near room", reason=reason))
@@ -216,6 +218,14 @@ def _behind_coat(scene: SceneConfig) -> list[Decision]:
         return []
     reason = "design.coat is opaque: what is outside is not seen, only what it does to the face"
     return [Decision(stage="object, flashlight and room in the optical scene", reason=reason)]
+
+
+def _flow(scene: SceneConfig) -> Decision:
+    """Whether the infill flows."""
+    stress = scene.contact.infill_yield_mpa
+    never = "contact.infill_yield_mpa is not set: the infill is elastic at any load"
+    flows = f"from {stress} MPa on, by steps of a tenth of a millimetre"
+    return Decision(stage="flow of the infill", reason=never if stress is None else flows)
 
 
 def _felt_coat(scene: SceneConfig) -> list[Decision]:

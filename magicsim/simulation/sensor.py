@@ -18,6 +18,7 @@ from magicsim.deform.indentation.press import compile_kernels
 from magicsim.deform.lattice.follow import follow_map
 from magicsim.deform.lattice.relaxation import Branches, body_branches
 from magicsim.deform.lattice.structure import Lattice, build_lattice
+from magicsim.deform.lattice.yielding import FlowLaw
 from magicsim.deform.lattice.zone import Zone, contact_zone
 from magicsim.deform.quality import SOLVE_QUALITIES
 from magicsim.deform.solve.factorise import on_one_blas_thread
@@ -228,7 +229,7 @@ class Sensor:
         Raises:
             ConvergenceError: No valid equilibrium was found.
         """
-        recovers = self.contact.recovers and not previous.is_rest
+        recovers = self.contact.keeps_dent and not previous.is_rest
         indenter = self.indenter(state if state.has_object or not recovers else replace(state, gap_mm=AWAY_MM))
         if indenter is None:
             return self.rest
@@ -244,6 +245,7 @@ class Sensor:
                 point_spacing_mm=point_spacing_mm(indenter.shape),
                 branches=self._branches(),
                 recovers=self.contact.recovers,
+                flow=FlowLaw.of(self.design, self.lattice, self.contact.infill_yield_mpa),
                 max_iterations=self.contact.max_iterations,
             )
         start = previous if not previous.is_rest else None
@@ -289,7 +291,7 @@ class Sensor:
             facing_mm=state.facing_mm, passing_mm=state.passing_mm,
             companion=Pose.from_key(state.companion) if state.companion is not None else None,
         )  # fmt: skip
-        if deformation.is_rest or (indenter is None and not self.contact.recovers):
+        if deformation.is_rest or (indenter is None and not self.contact.keeps_dent):
             return replace(outside, indenter=indenter)
         body, infill = deformed_vertices(
             self.meshes, deformation.displacements_mm, indenter, self.contact, still_mm=self.settings.still_mm

@@ -170,7 +170,7 @@ def press_limits(
     is_quarter = is_mirror_image(poses[-1]) and not isinstance(design.face, HeightMap)
     spacing = coarsening * bearing_spacing_mm(design, zone)
     lattice = central_lattice(design, zone, spacing_mm=spacing, is_quarter=is_quarter)
-    flow = None if infill_yield_mpa is None else FlowLaw.of(design, lattice, infill_yield_mpa)
+    flow = FlowLaw.of(design, lattice, infill_yield_mpa)
     spaced = point_spacing_mm(poses[0].shape)
     solver = ContactSolver(lattice, friction=friction, point_spacing_mm=spaced, flow=flow)
     skin, infill, modulus = SkinCells.of(design, lattice), _infill_below(design, lattice, zone), _infill_mpa(design)

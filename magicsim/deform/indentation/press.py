@@ -257,7 +257,7 @@ def follow(
         friction=friction,
         point_spacing_mm=point_spacing_mm(poses[0].shape),
         branches=body_branches(design, lattice) if math.isfinite(steps[0][1]) else None,
-        flow=None if infill_yield_mpa is None else FlowLaw.of(design, lattice, infill_yield_mpa),
+        flow=FlowLaw.of(design, lattice, infill_yield_mpa),
     )
     states: list[Deformation] = []
     for number, (pose, dt) in enumerate(steps):

@@ -140,9 +140,8 @@ class AttachedSensor:
             ConfigError: A name does not exist, the body cannot press, or MuJoCo would press it too.
             MagicsimError: The sensor cannot be built.
         """
-        if scene.contact.rate_dependent:
-            msg = "contact.rate_dependent = True is not allowed here: the sensor is solved quasi-statically"
-            raise ConfigError(msg)
+        if (memory := scene.contact.memory) is not None:
+            raise ConfigError(f"{memory} is not allowed here: the sensor is solved quasi-statically and elastic")
         self.touch, self.pair = touch, find_pair(model, touch)
         check_excluded(model, touch, self.pair)
         thing, self._frame = body_object(model, self.pair.body)
