@@ -116,55 +116,39 @@ def generate_dataset(
         OutputError: The folder is not ours, holds another dataset, or cannot be written; what is finished is kept.
         RenderError: An emulated frame was farther off a true one than its model says.
     """
+    simulator, options = simulator or Simulator(), options or choose_workers(None, timeout_s=recipe.timeout_s)
     with waiting("making a dataset", told if progress is None else unheard) as share:
-        return _generated(
-            recipe, out, options or choose_workers(None, timeout_s=recipe.timeout_s), simulator or Simulator(),
-            resume=resume, announce=announce, phase=phase,
-            progress=progress or (lambda now: share(now.done, now.total)),
-        )  # fmt: skip
-
-
-def _generated(
-    recipe: Recipe,
-    out: Path,
-    options: WorkerOptions,
-    simulator: Simulator,
-    *,
-    resume: bool,
-    announce: Callable[[Cost], None] | None,
-    phase: Callable[[str], None],
-    progress: Callable[[Standing], None],
-) -> DatasetSummary:
-    check_codec(recipe.rig.camera.compression)
-    episodes = draw_episodes(recipe)
-    checked = iter(range(min(len(episodes), CHECKED)))
-    first = [episodes[number] for number in islice(checked, CHECKED_FIRST)]
-    FOLDER.check(out, resume=resume)
-    if FOLDER.begun(out) is None:
-        _check_forces(first)
-    with output_errors(out, then=RESUMABLE), sole_writer(out):
-        out.mkdir(parents=True, exist_ok=True)
-        is_new = FOLDER.begun(out) is None
-        if is_new:  # what refuses an earlier dataset is one line alone
-            phase("drawing episodes")
-        if announce is not None and is_new:  # before the sensors are drawn, which takes a while where there are many
-            announce(estimate(recipe, episodes, processes=options.workers))
-        for number in checked:
-            episodes[number]
-        columns = columns_of(recipe)
-        if is_new:
-            phase("drawing printed sensors")
-        assembly = _begin(recipe, out, columns, simulator.variant())
-        left = assembly.episodes_to_simulate()
-        if announce is not None and not is_new:
-            announce(estimate(recipe, episodes, left, processes=options.workers))
-        constants = assembly.manifest.constants() | {"variant": assembly.manifest.variant}
-        tasks = (
-            (index, SampleTask(episode=episodes[index], columns=columns, constants=constants))
-            for index in dealt(map(int, left), lambda number: sensor_of(recipe, number), options.workers)
-        )
-        phase("the untouched image of the first unit, then touches")
-        return _complete(recipe, assembly, episodes, len(left), options, simulator, columns, tasks, progress)
+        check_codec(recipe.rig.camera.compression)
+        episodes = draw_episodes(recipe)
+        checked = iter(range(min(len(episodes), CHECKED)))
+        first = [episodes[number] for number in islice(checked, CHECKED_FIRST)]
+        FOLDER.check(out, resume=resume)
+        if FOLDER.begun(out) is None:
+            _check_forces(first)
+        with output_errors(out, then=RESUMABLE), sole_writer(out):
+            out.mkdir(parents=True, exist_ok=True)
+            is_new = FOLDER.begun(out) is None
+            if is_new:  # what refuses an earlier dataset is one line alone
+                phase("drawing episodes")
+            if announce is not None and is_new:  # the sensors are drawn later, which takes a while where they are many
+                announce(estimate(recipe, episodes, processes=options.workers))
+            for number in checked:
+                episodes[number]
+            columns = columns_of(recipe)
+            if is_new:
+                phase("drawing printed sensors")
+            assembly = _begin(recipe, out, columns, simulator.variant())
+            left = assembly.episodes_to_simulate()
+            if announce is not None and not is_new:
+                announce(estimate(recipe, episodes, left, processes=options.workers))
+            constants = assembly.manifest.constants() | {"variant": assembly.manifest.variant}
+            tasks = (
+                (index, SampleTask(episode=episodes[index], columns=columns, constants=constants))
+                for index in dealt(map(int, left), lambda number: sensor_of(recipe, number), options.workers)
+            )
+            phase("the untouched image of the first unit, then touches")
+            heard = progress or (lambda now: share(now.done, now.total))
+            return _complete(recipe, assembly, episodes, len(left), options, simulator, columns, tasks, heard)
 
 
 def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> Assembly:

@@ -18,7 +18,7 @@ from magicsim.scenes.scene import OutputSettings
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin
 from magicsim.simulation.episode import SimulatedFrame
 from magicsim.simulation.sensor import Sensor, sensor_camera
-from magicsim.simulation.stream import Shot
+from magicsim.simulation.stream import RenderedState, Shot
 
 Rgb = tuple[float, float, float]
 FULL: Rgb = (1.0, 1.0, 1.0)
@@ -73,15 +73,12 @@ class Darkroom:
         Raises:
             RenderError: The image is not valid.
         """
-        frame, _ = self._ready.take(
-            moment.state,
-            moment.deformation,
-            self._lit(moment),
-            self._memory(moment),
-            moment.at,
-            origin=self._made(moment.state, moment.deformation)[1],
+        ready, origin = self._ready, self._made(moment.state, moment.deformation)[1]
+        seen = RenderedState(
+            state=moment.state, deformation=moment.deformation, radiance=self._lit(moment), origin=origin,
             is_reference=False,
-        )
+        )  # fmt: skip
+        frame, _ = ready.take(seen, self._memory(moment), moment.at)
         self.sensor.limits.see(frame.truth.beyond_limits)
         return frame
 

@@ -18,7 +18,7 @@ from magicsim.deform.deformation import Deformation
 from magicsim.deform.solve.factorise import on_one_blas_thread
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import OutputSettings, SceneConfig
-from magicsim.scenes.timeline import UNKNOWN_ORIGIN, UNTOUCHED, FrameState, Origin
+from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin
 from magicsim.simulation.episode import Episode, FrameLabels, SimulatedFrame
 from magicsim.simulation.plan import UNTOUCHED_FRAME, ScenePlan, plan_scene
 from magicsim.simulation.sensor import Sensor, sensor_camera
@@ -79,6 +79,22 @@ class BrightnessWatch:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RenderedState:
+    """One frame of the stream before the camera: everything that noise and exposure do not change."""
+
+    state: FrameState
+    deformation: Deformation
+    radiance: FloatImage
+    """Linear radiance, shape (rows, columns, 3); the same array for all frames that look the same."""
+    origin: Origin
+    """How it was made."""
+    is_reference: bool
+    """Whether the frame makes the references."""
+    index: int = 0
+    """Place in an episode, reference frames included."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Shot:
     """Everything that turns a radiance into a labelled frame of one sensor."""
 
@@ -106,37 +122,25 @@ class Shot:
 
     @on_one_blas_thread
     def take(
-        self,
-        state: FrameState,
-        deformation: Deformation,
-        radiance: FloatImage,
-        memory: CameraMemory,
-        at: Instant,
-        *,
-        is_reference: bool,
-        origin: Origin = UNKNOWN_ORIGIN,
-        touch: TouchFields | None = None,
+        self, rendered: RenderedState, memory: CameraMemory, at: Instant, *, touch: TouchFields | None = None
     ) -> tuple[SimulatedFrame, CameraMemory]:
         """One frame, and what the camera's next one inherits.
 
         Args:
-            state: What is in front of the sensor.
-            deformation: Its equilibrium.
-            radiance: What the camera reads out, linear, shape (rows, columns, 3).
+            rendered: What is in front of the sensor, and what the camera reads out.
             memory: What the camera inherits from the frames before.
             at: Which frame of which stream; each has noise of its own.
-            is_reference: Whether the frame makes the references.
-            origin: How the radiance was made.
             touch: Fields of touch, where they are asked for.
         """
+        state, deformation = rendered.state, rendered.deformation
         sensor, output, landing = self.sensor, self.output, self.landing_mm
         design, rig, markers_mm = sensor.design, sensor.rig, sensor.markers_mm(deformation)
-        image, later = self.camera.take(radiance, memory, at)
+        image, later = self.camera.take(rendered.radiance, memory, at)
         self.watch.see(image, index=at.index, flashlight=state.flashlight)
         frame = SimulatedFrame(
             image=image,
             truth=frame_truth(
-                state, deformation, design.limits, index=at.index, time_s=at.time_s, is_reference=is_reference
+                state, deformation, design.limits, index=at.index, time_s=at.time_s, is_reference=rendered.is_reference
             ),
             labels=FrameLabels(
                 contact_mask=contact_mask(deformation, landing)
@@ -151,7 +155,7 @@ class Shot:
                 touch=touch,
                 in_view=is_in_view(state, deformation, self.view_mm),
             ),
-            origin=origin,
+            origin=rendered.origin,
         )
         return frame, later
 
@@ -192,21 +196,6 @@ def simulate_with(sensor: Sensor, plan: ScenePlan, *, progress: Progress | None 
         if progress is not None:
             progress(done, work[-1])
     return Episode(scene=scene, frames=tuple(frames), seconds=time.perf_counter() - start)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RenderedState:
-    """One frame of the stream before the camera: everything that noise and exposure do not change."""
-
-    state: FrameState
-    deformation: Deformation
-    radiance: FloatImage
-    """Linear radiance, shape (rows, columns, 3); the same array for all frames that look the same."""
-    origin: Origin
-    """How it was made."""
-    index: int
-    """Place in the stream, reference frames included."""
-    is_reference: bool
 
 
 def stream_states(sensor: Sensor, plan: ScenePlan, untouched: tuple[FloatImage, Origin]) -> Iterator[RenderedState]:
@@ -255,14 +244,5 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
             time_s=each.index / scene.frames_per_second,
             frames_per_second=scene.frames_per_second,
         )
-        frame, memory = shot.take(
-            each.state,
-            each.deformation,
-            each.radiance,
-            memory,
-            at,
-            is_reference=each.is_reference,
-            origin=each.origin,
-            touch=touch.fields(each.deformation) if touch is not None else None,
-        )
+        frame, memory = shot.take(each, memory, at, touch=touch.fields(each.deformation) if touch is not None else None)
         yield frame

@@ -25,7 +25,7 @@ TINY = (
 )  # fmt: skip
 STORY = (
     "keyframes=[{frame=0}, {frame=1,gap_mm=0.5}, {frame=2,gap_mm=-0.5}, {frame=3,gap_mm=-0.5}, {frame=4,gap_mm=0.5}, "
-    "{frame=5,flashlight=true}, {frame=6}, {frame=8}]"
+    "{frame=5,flashlight=true}, {frame=6}]"
 )
 LIT = (
     "rig.ambient=[0.2,0.2,0.2]", "rig.camera.shutter.moves=true",

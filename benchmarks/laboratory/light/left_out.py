@@ -17,10 +17,10 @@ from laboratory.benchmark import logged, machine
 from magicsim.camera.stream import CameraStream, Instant
 from magicsim.deform.indentation.press import compile_kernels
 from magicsim.scenes.scene import SceneConfig, load_scene
-from magicsim.scenes.timeline import timeline
+from magicsim.scenes.timeline import UNKNOWN_ORIGIN, timeline
 from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor
-from magicsim.simulation.stream import Shot, simulate_with
+from magicsim.simulation.stream import RenderedState, Shot, simulate_with
 
 Array = npt.NDArray[np.float64]
 Run = Callable[[], Array]
@@ -274,10 +274,13 @@ def bare_outputs(settings: tuple[str, ...]) -> Rule:
         for asked in (scene, bare)
     )
     first = Instant(seed=0, index=0, time_s=0.0, frames_per_second=scene.frames_per_second)
+    seen = RenderedState(
+        state=state, deformation=deformation, radiance=radiance, origin=UNKNOWN_ORIGIN, is_reference=False
+    )
 
     def run(shot: Shot) -> Array:
         memory = shot.camera.begin(scene.frames_per_second)
-        frame, _ = shot.take(state, deformation, radiance, memory, first, is_reference=False)
+        frame, _ = shot.take(seen, memory, first)
         return frame.image.astype(float)
 
     return Rule(name="outputs not asked for", result="exact", full=lambda: run(whole), lean=lambda: run(lean))

@@ -8,7 +8,7 @@ from magicsim.simulation.sensor import Sensor
 
 BLOCK = (
     "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "design.skin_mm=0.5", "design.core_mm=3",
-    "design.cell_mm=0", "rig.ambient=[0.3,0.2,0.1]", "render.samples=32",
+    "design.cell_mm=0", "rig.ambient=[0.3,0.2,0.1]", "render.samples=16",
 )  # fmt: skip
 COAT = ('design.coat={kind="opaque",color=[0.6,0.5,0.4],specular=0.2,roughness=0.3}',)
 FILM = ('design.coat={kind="half_mirror",reflectance=0.5,transmittance=0.3}',)
@@ -37,7 +37,7 @@ def images(scene, seeds):
 def test_fluence_agrees_with_path_tracing(case, small_scene):
     ours = images(small_scene("rest", *BLOCK, *CASES[case]), range(3))
     path = images(
-        small_scene("rest", *BLOCK, *CASES[case], "render.estimator=path", "render.samples=96"), range(100, 103)
+        small_scene("rest", *BLOCK, *CASES[case], "render.estimator=path", "render.samples=48"), range(100, 103)
     )
     means = [each.mean((1, 2)) for each in (ours, path)]
     noise = np.hypot(*(each.std(0, ddof=1) / np.sqrt(3) / each.mean(0) for each in means))

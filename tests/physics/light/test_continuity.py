@@ -1,5 +1,7 @@
 """Nothing in a frame tells that the object touches but what the touch does: noise and mean are continuous there."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
@@ -30,6 +32,7 @@ def state(gap_mm, *, flashlight=False):
     return FrameState(**(PLACE | {"gap_mm": gap_mm, "flashlight": flashlight}))
 
 
+@cache
 def sensor_of(*settings, seed=1):
     press = f"keyframes=[{{frame=0,gap_mm=-0.05,x_mm={PLACE['x_mm']},y_mm={PLACE['y_mm']}}}]"
     return Sensor.for_scene(load_scene("pressed", [*SMALL, "object.radius_mm=2.5", press, *settings], seed=seed))

@@ -18,7 +18,7 @@ CHEAP = (
 )  # fmt: skip
 CALM = (*CHEAP, "render.anchor_particles=40000")
 MANY = (
-    *CHEAP, "render.samples=8", "render.particles=60000", "render.anchor_samples=8", "render.anchor_particles=60000",
+    *CHEAP, "render.samples=4", "render.particles=30000", "render.anchor_samples=4", "render.anchor_particles=30000",
 )  # fmt: skip
 COVERED = ("object={kind='box',size_mm=[14,17,10]}", "keyframes=[{frame=0,gap_mm=-0.1}]")
 TRACED, LEFT_OUT = "render.light_change=0", "render.light_change=1"

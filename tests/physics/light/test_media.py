@@ -59,7 +59,7 @@ def compare(small_scene, overrides, *, particles, samples, images=4):
 
 @pytest.mark.parametrize("case", [pytest.param(c, marks=() if c in QUICK else pytest.mark.slow) for c in CASES])
 def test_mean_radiance_is_that_of_path_tracing(case, small_scene):
-    difference, noise = compare(small_scene, CASES[case], particles=150_000, samples=192)
+    difference, noise = compare(small_scene, CASES[case], particles=80_000, samples=112)
     assert noise.max() < 0.015, "too noisy to tell anything"
     assert (np.abs(difference) < 0.01 + 2 * noise).all(), f"differ by {difference}, standard error {noise}"
 
@@ -90,8 +90,8 @@ def test_mean_radiance_is_that_of_path_tracing_within_one_percent(case, small_sc
 
 def test_reduced_scattering_alone_is_darker_than_forward_scattering(small_scene):
     # Reduction keeps what diffuses, but loses the light that one or two forward collisions send out of the trap.
-    bright, _ = means(small_scene("near", *TINY, *FORWARD), turns=3)
-    dark, _ = means(small_scene("near", *TINY, *FORWARD, "render.forward_collisions=0"), turns=3)
+    bright, _ = means(small_scene("near", *TINY, *FORWARD), turns=2)
+    dark, _ = means(small_scene("near", *TINY, *FORWARD, "render.forward_collisions=0"), turns=2)
     assert (dark < 0.9 * bright).all()
 
 
@@ -104,6 +104,6 @@ def test_path_refuses_a_scattering_body_under_a_lens(small_scene):
 def test_clear_lens_over_a_scattering_body_scatters_nothing(small_scene):
     # The same haze behind a thick lens: were the plate to scatter as well, the image would be far brighter.
     haze = ("design.materials.body.sigma_s_per_mm=0.3", "design.materials.body.absorption_per_mm=0", *TINY)
-    bare, _ = means(small_scene("rest", *haze[:-1], NO_LENS), turns=3)
-    thick, _ = means(small_scene("rest", *haze[:-1], "rig.lens.thickness_mm=6"), turns=3)
+    bare, _ = means(small_scene("rest", *haze[:-1], NO_LENS), turns=2)
+    thick, _ = means(small_scene("rest", *haze[:-1], "rig.lens.thickness_mm=6"), turns=2)
     assert (thick < 1.15 * bare).all()

@@ -9,7 +9,7 @@ from magicsim.scenes.timeline import timeline
 from magicsim.simulation.sensor import Sensor
 
 SMALL = ("design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "object.radius_mm=3")
-PARTICLES = 200_000
+PARTICLES = 100_000
 
 
 def lit(scene, *, particles):

@@ -44,7 +44,7 @@ def means(gap_mm, seeds, *overrides, plain=False):
 def test_an_object_before_a_lit_room_is_as_bright_as_by_path_tracing(gap_mm):
     # Pressed, the estimator is asked without its anchor: what an anchored frame shows of a touch's light is less than
     # all of it, and under this ball, in a room that alone gives light, 2 % too bright (docs/physics/light.md).
-    path, path_error = means(gap_mm, range(100, 103), "render.estimator=path", "render.samples=256", plain=True)
+    path, path_error = means(gap_mm, range(100, 103), "render.estimator=path", "render.samples=128", plain=True)
     unanchored = ("render.anchor_samples=0", "render.particles=200000", "render.samples=64")
     few = ("render.anchor_particles=200000",)
     found, error = means(gap_mm, range(3), *(unanchored if gap_mm < 0 else few), plain=gap_mm < 0)
