@@ -15,7 +15,8 @@ from magicsim.simulation.sensor import Sensor
 SMALL = [
     "rig=digit-rgb",
     "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "rig.camera.columns=24", "rig.camera.rows=28",
-    "object.radius_mm=30", "object.color=[1,1,1]",
+    "object.radius_mm=30", "object.color=[1,1,1]", "render.samples=4", "render.particles=20000",
+    "render.anchor_samples=16", "render.anchor_particles=100000",
 ]  # fmt: skip
 GREY = np.full((4, 4, 3), 0.3, np.float32)
 
