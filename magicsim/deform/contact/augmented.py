@@ -186,14 +186,17 @@ def moved_surface(indenter: Indenter, before: Indenter) -> Surface:
 
 
 def _normal_gradient(surface: Surface, points: Array, normal: Array) -> Array:
-    """Symmetric gradient of the normal across itself, shape (count, 3, 3) [1/mm], by forward differences."""
+    """Symmetric gradient of the normal across itself, shape (count, 3, 3) [1/mm].
+
+    Differences are central: forward ones would know the sense of the tangents, and a mirror image has the other one.
+    """
     helper = np.where(np.abs(normal[:, :1]) < AXIS_LIMIT, np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 1.0, 0.0]]))
     first = np.cross(normal, helper)
     first /= np.linalg.norm(first, axis=1)[:, None]
     gradient = np.zeros((len(points), 3, 3))
     for tangent in (first, np.cross(normal, first)):
-        moved = surface(points + CURVATURE_STEP_MM * tangent)[1]
-        change = (moved - normal) / CURVATURE_STEP_MM
+        ahead, behind = (surface(points + step * tangent)[1] for step in (CURVATURE_STEP_MM, -CURVATURE_STEP_MM))
+        change = (ahead - behind) / (2 * CURVATURE_STEP_MM)
         gradient += change[:, :, None] * tangent[:, None, :]
     projector = np.eye(3) - normal[:, :, None] * normal[:, None, :]
     gradient = projector @ gradient

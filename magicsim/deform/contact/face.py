@@ -33,10 +33,10 @@ FINEST_SPACING_MM = 0.05
 """Contact points are never closer: assumed."""
 STENCIL = 4
 """Planes that one coordinate is interpolated from."""
-IRREGULAR = 2.0
-"""Ratio of spacings from which one cubic through four planes would overshoot: assumed."""
 ROUNDING = 1e-9
-"""Slack of a whole number of spacings."""
+"""Slack of lengths [mm] and of a whole number of spacings."""
+IRREGULAR = 2.0 - ROUNDING
+"""Ratio of spacings from which one cubic through four planes would overshoot: assumed."""
 
 
 def point_spacing_mm(shape: Shape) -> float:
@@ -147,7 +147,7 @@ def _along(planes: Array, spacing_mm: float, zone: tuple[float, float] | None) -
     width = np.diff(planes)
     counts: Index = np.clip(np.ceil(width / spacing_mm - ROUNDING).astype(np.int64) | 1, MIN_POINTS, MAX_POINTS)
     if zone is not None:
-        counts[(planes[1:] < zone[0]) | (planes[:-1] > zone[1])] = MIN_POINTS
+        counts[(planes[1:] < zone[0] - ROUNDING) | (planes[:-1] > zone[1] + ROUNDING)] = MIN_POINTS
     interval = np.repeat(np.arange(len(width)), counts)
     number = np.arange(len(interval)) - np.repeat(np.cumsum(counts) - counts, counts)
     shape, slope = _weights(planes, interval, (number + 0.5) / counts[interval])

@@ -16,6 +16,9 @@ from magicsim.arrays import Array, Index
 from magicsim.deform.contact.face import ContactFace
 
 TINY = 1e-300
+AT_LIMIT = 1e-6
+"""Part by which the trial traction of a sliding point exceeds its limit: one that a load step has left there is exactly
+at it, sticks until it is moved on, and rounding must not decide that."""
 LIMIT_SHARE = (0.1, 2.0)
 """Smallest and largest relaxation of the limits: assumed."""
 
@@ -110,7 +113,7 @@ def friction_stiffness(points: Array, memory: ContactMemory, law: ContactLaw, he
     limit, normal = memory.limit_mpa[held], memory.normal[held]
     tangent = np.eye(3) - normal[:, :, None] * normal[:, None, :]
     stick = stick_stiffness(memory, law)[held]
-    slides = stick * size >= limit
+    slides = stick * size > (1 + AT_LIMIT) * limit
     if is_secant:
         return np.asarray(np.where(slides, limit / np.maximum(size, TINY), stick)[:, None, None] * tangent)
     along = np.where(slides, 1 / np.maximum(size, TINY), 0.0)[:, None] * slip

@@ -46,6 +46,8 @@ SAMPLE_MM = 0.25
 """Spacing of samples along an edge [mm]: assumed."""
 PART_SLACK = 0.1
 """Part of a spacing by which an interval may be longer than a whole number of them: assumed."""
+DIGITS, ROUNDING_MM = 9, 1e-9
+"""Digits of what is rounded up, and slack of what is compared [mm], so that rounding does not decide."""
 STEPS = 64
 """Places in an interval at which the spacing is asked for."""
 
@@ -147,7 +149,7 @@ def _sharp_edges(mesh: SurfaceMesh, largest_radius_mm: float) -> tuple[Array, Ar
     is_sharp = (turn > CREASE_RAD) | (turn * largest_radius_mm > between)
     chosen = np.flatnonzero(is_convex & is_sharp & (turn > FLAT_RAD))
     radius = np.where(turn > CREASE_RAD, 0.0, between / np.maximum(turn, 1e-9))[chosen]
-    parts = np.maximum(1, np.ceil(length[chosen] / SAMPLE_MM).astype(int))
+    parts = np.maximum(1, np.ceil(np.round(length[chosen] / SAMPLE_MM, DIGITS)).astype(int))
     which = np.repeat(np.arange(len(chosen)), parts)
     number = np.arange(len(which)) - np.repeat(np.cumsum(parts) - parts, parts)
     share = ((number + 0.5) / parts[which])[:, None]
@@ -171,18 +173,20 @@ def _has_room(places: Array, outward: Array, chosen: Mask, room_mm: float) -> Ma
         return has_room
     flat, away = places[own, :2], outward[own, :2]
     away = away / np.maximum(np.linalg.norm(away, axis=1), 1e-9)[:, None]
-    # one sample of each place and direction is enough to be met by
-    _, kept = np.unique(np.round(np.concatenate([flat / (SAMPLE_MM / 2), 2 * away], 1)), axis=0, return_index=True)
-    tree = cKDTree(flat[kept])
-    is_free = np.ones(len(own), bool)
-    for number, near in enumerate(tree.query_ball_point(flat[kept], room_mm)):
-        others = kept[near]
-        is_opposite = away[others] @ away[kept[number]] < OPPOSITE
-        is_behind = (flat[others] - flat[kept[number]]) @ away[kept[number]] < 0
-        is_free[kept[number]] = not (is_opposite & is_behind).any()
-    beside = tree.query_ball_point(flat[kept], room_mm / 2)
-    is_free = np.array([is_free[kept[near]].all() for near in beside])
-    has_room[own] = is_free[tree.query(flat)[1]]
+    # samples of about the same place and direction meet others as their mean, which has the same one in a mirror
+    cells = np.round(np.round(np.concatenate([flat / (SAMPLE_MM / 2), 2 * away], 1), DIGITS)) + 0.0
+    _, group, size = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
+    flat, away = (
+        np.stack([np.bincount(group, column) / size for column in values.T], axis=1) for values in (flat, away)
+    )
+    tree = cKDTree(flat)
+    is_free = np.ones(len(flat), bool)
+    for number, near in enumerate(tree.query_ball_point(flat, room_mm + ROUNDING_MM)):
+        is_opposite = away[near] @ away[number] < OPPOSITE
+        is_behind = (flat[near] - flat[number]) @ away[number] < -ROUNDING_MM
+        is_free[number] = not (is_opposite & is_behind).any()
+    beside = tree.query_ball_point(flat, room_mm / 2 + ROUNDING_MM)
+    has_room[own] = np.array([is_free[near].all() for near in beside])[group]
     return has_room
 
 
@@ -199,7 +203,7 @@ def _split(planes_mm: Array, spacing: Callable[[Array], Array]) -> Array:
         places = np.linspace(low, high, STEPS + 1)
         density = 1 / np.minimum(spacing(places), high - low)
         passed = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2)]) * (high - low) / STEPS
-        count = max(1, int(np.ceil(passed[-1] - PART_SLACK)))
+        count = max(1, int(np.ceil(round(passed[-1] - PART_SLACK, DIGITS))))
         parts.append(np.interp(np.arange(1, count) / count * passed[-1], passed, places))
         parts.append(np.array([high]))
     return np.concatenate(parts)

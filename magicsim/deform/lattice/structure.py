@@ -12,7 +12,7 @@ import numpy as np
 from magicsim.arrays import Array, Index, Mask
 from magicsim.deform.lattice.cell_problem import printed_fields
 from magicsim.deform.lattice.hexahedron import CORNERS
-from magicsim.deform.lattice.zone import Zone, graded_planes
+from magicsim.deform.lattice.zone import ROUNDING_MM, Zone, graded_planes
 from magicsim.errors import GeometryError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.face_shape import Dome, HeightMap, flattened
@@ -21,7 +21,7 @@ from magicsim.geometry.grid import CellGrid, Planes, lattice_planes, node_spacin
 COARSEST_EDGE, EDGE_STEP = 30.0, 1.15
 """Factor of the spacing at edges at which it is given up to have more planes there, and of one that is tried to the
 next: assumed."""
-BESIDE_MM = 0.3
+BESIDE_MM = 0.3 + ROUNDING_MM
 """Nodes of the face that are so near to what touches it are moved with it [mm]: assumed."""
 FINEST_MM, FINEST_BALL_MM = 0.1, 0.05
 """Smallest spacing that a small zone asks for; below balls of radii under twice the first one it is half of the radius,

@@ -21,6 +21,9 @@ from magicsim.geometry.indenter import Indenter
 
 SAMPLE_MM = 0.1
 """Spacing of the points at which the undeformed face is tested for contact [mm]."""
+ROUNDING_MM = 1e-9
+"""Slack of every length that is compared: without it rounding would decide where a box of a round size lies, and its
+mirror image would get another lattice [mm]."""
 BLUNT = 0.5
 """Smallest feature of a blunt object in units of its zone's radius: assumed."""
 TINY = 3.5
@@ -68,7 +71,11 @@ def contact_zone(indenters: Iterable[Indenter], design: ElastomerDesign) -> Zone
         indenters: The object in the poses that bound its path.
         design: The block.
     """
-    axes = [np.linspace(-size / 2, size / 2, round(size / SAMPLE_MM) + 1) for size in design.footprint_mm]
+    intervals = [round(size / SAMPLE_MM) for size in design.footprint_mm]
+    axes = [
+        (np.arange(count + 1) - count / 2) * (size / count)
+        for count, size in zip(intervals, design.footprint_mm, strict=True)
+    ]
     x, y = (axis.ravel() for axis in np.meshgrid(*axes))
     face = np.stack([x, y, design.rise_mm(np.stack([x, y], -1))], 1)
     touched, feature, indenters = np.zeros(len(face), bool), np.inf, tuple(indenters)
@@ -76,7 +83,8 @@ def contact_zone(indenters: Iterable[Indenter], design: ElastomerDesign) -> Zone
         feature = min(feature, indenter.shape.feature_mm)
         for level in indenter.levels_mm():
             near = np.flatnonzero(~touched)
-            touched[near[indenter.distance(face[near] + np.array([0.0, 0.0, level]))[0] < SAMPLE_MM]] = True
+            distance = indenter.distance(face[near] + np.array([0.0, 0.0, level]))[0]
+            touched[near[distance < SAMPLE_MM - ROUNDING_MM]] = True
     if not touched.any():
         return None
     low, high = face[touched].min(0), face[touched].max(0)
@@ -101,8 +109,8 @@ def graded_planes(planes_mm: Array, low_mm: float, high_mm: float, growth: float
     """
     if growth == 1:
         return planes_mm
-    first = max(int(np.searchsorted(planes_mm, low_mm, side="right")) - 1, 0)
-    last = min(int(np.searchsorted(planes_mm, high_mm, side="left")), len(planes_mm) - 1)
+    first = max(int(np.searchsorted(planes_mm, low_mm + ROUNDING_MM, side="right")) - 1, 0)
+    last = min(int(np.searchsorted(planes_mm, high_mm - ROUNDING_MM, side="left")), len(planes_mm) - 1)
     chosen = np.zeros(len(planes_mm), bool)
     chosen[first : last + 1] = True
     chosen[np.abs(planes_mm[:, None] - keep_mm).argmin(0)] = True

@@ -58,6 +58,9 @@ RAISED_MM = 0.05
 ROUNDING = 1e-9
 BALANCE_SHARE = 100.0
 """Largest force balance in units of the residual that ends the iterations, where that is not `MAX_BALANCE`'s."""
+EDGE_STEP_SHARE = 0.5
+"""Load steps at edges with friction in units of others: in one of 0.5 mm points cross an edge that hold there in
+shorter ones (a box of 4 mm turned by 20 degrees: torque 36 % too large, 0.8 % in half of it)."""
 SHORTEST_FEATURE_MM = 0.1
 """Objects with smaller features do not shorten the load steps further [mm]."""
 MAX_ITERATIONS = 2000
@@ -256,6 +259,8 @@ class ContactSolver:
         first = start.pose or first_contact(indenter)
         reach = reach_mm(start, first)
         longest = min(self.max_step_mm, max(indenter.shape.feature_mm, SHORTEST_FEATURE_MM)) * longer
+        if problem.is_at_edges and problem.law.friction > 0:
+            longest *= EDGE_STEP_SHARE
         count = max(1, int(np.ceil(way_length_mm(first, indenter.pose, reach) / longest - 1e-9)))
         state, pose = start, first
         strides = Strides(usual=1.0 / count)

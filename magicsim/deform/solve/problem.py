@@ -23,6 +23,9 @@ MORE_ITERATIONS = {Care.ORDINARY: 1, Care.CAREFUL: 2, Care.PATIENT: 3}
 """Iterations of a load step in units of `NewtonOptions.max_iterations`: assumed."""
 MOST_CONTRAST = 3e3
 """Largest over smallest modulus up to which factors are of single precision: assumed."""
+CLOSE = 1e-6
+"""Residual up to which factors are of double precision below an object with edges: points there may lie on either side
+of an edge, and the rounding of single precision would decide on which."""
 FORCE_FLOOR = 1e-2
 """Contact forces below this, in units of shear modulus times smallest edge squared, do not sharpen the residual:
 assumed."""
@@ -118,7 +121,13 @@ class Problem:
         """Whether a factor of single precision is good enough to iterate with."""
         lattice = self.elasticity.lattice
         stiffest = max(lattice.lame_mpa.max(), lattice.coat_n_per_mm / self.smallest_edge_mm)
-        return bool(stiffest < MOST_CONTRAST * lattice.shear_modulus_mpa.min())
+        return bool(stiffest < MOST_CONTRAST * lattice.shear_modulus_mpa.min()) and not self.is_at_edges
+
+    @property
+    def is_at_edges(self) -> bool:
+        """Whether what touches has edges, and equilibria are solved so closely that their sides count."""
+        zone = self.elasticity.lattice.zone
+        return zone is not None and zone.edges is not None and self.options.residual <= CLOSE
 
     @property
     def smallest_edge_mm(self) -> float:

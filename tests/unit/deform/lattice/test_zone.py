@@ -78,3 +78,23 @@ def test_a_small_blunt_object_asks_for_a_finer_lattice() -> None:
 def test_tips_and_textures_do_not() -> None:
     assert finest_mm("cone:half_angle_deg=30", 0.5) > 0.7
     assert finest_mm("dots:radius_mm=0.2,spacing_mm=0.8", 0.5) > 0.7
+
+
+@pytest.mark.parametrize(
+    ("what", "x_mm", "y_mm", "tilt_deg"),
+    [
+        ("box:size_mm=3", 0.0, 0.0, 0.0),
+        ("box:size_mm=4", 1.3, 0.7, 0.0),
+        ("punch:radius_mm=2", 1.3, 0.7, 0.0),
+        ("punch:radius_mm=1", 0.05, 0.0, 3.0),
+        ("cylinder:radius_mm=2,length_mm=8,axis=x", 1.3, 0.7, 0.0),
+    ],
+)
+def test_mirror_image_has_the_mirror_image_of_the_planes(what: str, x_mm: float, y_mm: float, tilt_deg: float) -> None:
+    def planes(sign: int) -> list[np.ndarray]:
+        there = place_object(parse_object(what), gap_mm=-1.0, x_mm=sign * x_mm, y_mm=y_mm, tilt_y_deg=sign * tilt_deg)
+        return list(build_lattice(DESIGN, zone=contact_zone([there], DESIGN)).planes_mm)
+
+    here, there = planes(1), planes(-1)
+    for own, mirrored in zip(here, [-there[0][::-1], *there[1:]], strict=True):
+        np.testing.assert_allclose(own, mirrored, atol=1e-9)
