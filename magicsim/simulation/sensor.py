@@ -15,7 +15,7 @@ from magicsim.camera.stream import CameraStream
 from magicsim.deform.contact.face import POINT_SPACING_MM, point_spacing_mm
 from magicsim.deform.deformation import Deformation, Displacement
 from magicsim.deform.indentation.press import compile_kernels
-from magicsim.deform.lattice.follow import follow_map
+from magicsim.deform.lattice.follow import FollowMap, follow_map
 from magicsim.deform.lattice.relaxation import Branches, body_branches
 from magicsim.deform.lattice.structure import Lattice, build_lattice
 from magicsim.deform.lattice.yielding import FlowLaw
@@ -99,12 +99,9 @@ class Sensor:
         self.limits = LimitsWatch(design.limits)
         """Warns once of what the print may not bear; shared by all copies of this sensor."""
         self.elastomer: Elastomer = build_elastomer(design, facet_mm=self.settings.facet_mm)
-        self.printed: Lattice = build_lattice(design)
-        """All planes of the design's lattice, which the displacements of an episode refer to."""
         self._solve = SOLVE_QUALITIES[self.contact.quality]
         self.lattice: Lattice = build_lattice(self._solve.of(design), zone=self._zone())
         """The lattice that is solved: as fine where the object can touch, coarser elsewhere."""
-        self._printed_nodes = follow_map(self.lattice, self.printed.nodes_mm)
         self.markers = marker_map(design, self.lattice)
         self.renderer = self._build_renderer(untouched)
         self._facing: Renderer | None = None
@@ -149,6 +146,15 @@ class Sensor:
             companion=companion,
             opposite=opposite,
         )
+
+    @cached_property
+    def printed(self) -> Lattice:
+        """All planes of the design's lattice, which the displacements of an episode refer to."""
+        return build_lattice(self.design)
+
+    @cached_property
+    def _printed_nodes(self) -> FollowMap:
+        return follow_map(self.lattice, self.printed.nodes_mm)
 
     @cached_property
     def meshes(self) -> Meshes:

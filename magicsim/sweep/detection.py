@@ -131,15 +131,20 @@ class ContactScores:
     clear_alarm: Mask
 
 
-def contact_scores(film: DesignFilm, detector: FittedDetector, draws: int, *, drift: float) -> ContactScores:
-    """Similarity and verdict of every test frame, under lights that have drifted (see `Film.frames`)."""
+def contact_scores(
+    film: DesignFilm, detector: FittedDetector, draws: int, *, drift: float, touches: Sequence[Shown] | None = None
+) -> ContactScores:
+    """Similarity and verdict of every test frame, under lights that have drifted (see `Film.frames`).
+
+    Touches are the lightest ones by default.
+    """
 
     def seen(states: Sequence[Shown]) -> tuple[Array, Mask]:
         rows = [detector.verdicts(film.frames(each, draws, first=TEST_FIRST, drift=drift)) for each in states]
         called = [[each.combined is Contact.TOUCHED for each in row] for row in rows]
         return np.array([[each.similarity for each in row] for row in rows]), np.array(called)
 
-    touched, hit = seen(film.light_touches[TEST::2])
+    touched, hit = seen((film.light_touches if touches is None else touches)[TEST::2])
     near, near_alarm = seen(film.near[TEST::2])
     _, light_alarm = seen(film.light[TEST::2])
     count = min(draws * len(touched), MOST_CLEAR)

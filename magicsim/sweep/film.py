@@ -87,6 +87,8 @@ class DesignFilm:
     """The lightest touches that count, in the same order."""
     touches: tuple[Shown, ...]
     """Firmer ones."""
+    others: tuple[tuple[Shown, ...], ...]
+    """Touches of each further depth that contact is tested at."""
     light: tuple[Shown, ...]
     """Outside light and no object."""
 
@@ -152,7 +154,8 @@ def _untouched(simulated: Sensor) -> tuple[FloatImage, ...]:
 def _film(
     simulated: Sensor, rest: tuple[FloatImage, ...], shown: tuple[Shown, ...], quality: SweepQuality
 ) -> DesignFilm:
-    lengths = [len(quality.gaps_mm), len(quality.depths_mm), 3 * quality.touches, len(LIGHTS_MM)]
+    count = 3 + len(quality.contact_depths_mm)
+    lengths = [len(quality.gaps_mm), len(quality.depths_mm), count * quality.touches, len(LIGHTS_MM)]
     parts = [shown[first:stop] for first, stop in pairwise(np.cumsum([0, *lengths]).tolist())]
     return DesignFilm(
         camera=simulated.rig.camera,
@@ -162,8 +165,8 @@ def _film(
             number=0, gap_mm=None, x_mm=0.0, y_mm=0.0, radiance=rest[0], at_other_times=rest[1:], force_n=0.0,
             seconds=0.0,
         ),
-        approach=parts[0], press=parts[1], near=parts[2][::3], light_touches=parts[2][1::3], touches=parts[2][2::3],
-        light=parts[3],
+        approach=parts[0], press=parts[1], near=parts[2][::count], light_touches=parts[2][1::count],
+        touches=parts[2][2::count], others=tuple(parts[2][each::count] for each in range(3, count)), light=parts[3],
     )  # fmt: skip
 
 
@@ -199,7 +202,12 @@ def _states(sensor: SweptSensor, quality: SweepQuality, *, seed: int) -> list[Fr
     """States of a film, in order."""
     gaps = [*quality.gaps_mm, *(-depth for depth in quality.depths_mm)]
     states = [replace(UNTOUCHED, gap_mm=gap) for gap in gaps]
-    at_places = (NEAR_MM, -quality.light_depth_mm, -quality.touch_depth_mm)
+    at_places = (
+        NEAR_MM,
+        -quality.light_depth_mm,
+        -quality.touch_depth_mm,
+        *(-each for each in quality.contact_depths_mm),
+    )
     for x, y in touched_places(sensor, quality, seed=seed).tolist():
         states += [replace(UNTOUCHED, x_mm=x, y_mm=y, gap_mm=gap) for gap in at_places]
     states += [replace(UNTOUCHED, flashlight=True, light_x_mm=x) for x in LIGHTS_MM]

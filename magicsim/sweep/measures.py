@@ -15,8 +15,8 @@ from magicsim.judge.measures import Better, MeasureKind, Statistic, interval
 
 Gap = Annotated[float, Field(gt=0, le=100)]
 Depth = Annotated[float, Field(gt=0, le=6)]
-Spacing = Annotated[float, Field(ge=1, le=6)]
-"""Finer patterns than twice the triangles of the rendered face are not shown by it [mm]."""
+Spacing = Annotated[float, Field(ge=0.3, le=6)]
+"""Dots and lines are half as wide [mm]."""
 
 
 class SweepQuality(Config):
@@ -51,16 +51,21 @@ class SweepQuality(Config):
     """How deep they are touched lightly: what the detector is tested on, and where sensitivity begins [mm]."""
     touch_depth_mm: Annotated[float, Field(ge=0.02, le=3)] = 0.3
     """How deep they are touched firmly: what is localised, and where sensitivity ends [mm]."""
+    contact_depths_mm: tuple[Annotated[float, Field(ge=0.005, le=3)], ...] = ()
+    """Further depths that contact is tested at, a curve beside the measures at `light_depth_mm` [mm]."""
     cells_across: Annotated[int, Field(ge=2, le=20)] = 8
     """Least number of lattice cells across the contact of a blunt object, whatever its depth."""
     texture_depth_mm: Depth = 0.3
     """How deep dots, lines and the plain plate are pressed from first contact [mm]."""
+    texture_force_n: Annotated[float, Field(gt=0, le=100)] | None = None
+    """With which force instead, but no deeper than `design.limits` allow [N]; 5 % are as near as it gets."""
     line_spacings_mm: Annotated[tuple[Spacing, ...], Field(min_length=1)] = (2.0, 1.4, 1.0)
     """Spacings of lines, falling; the finest is pressed first, and coarser ones until one is told apart [mm]."""
     dot_spacings_mm: Annotated[tuple[Spacing, ...], Field(min_length=1)] = (2.0, 1.4, 1.0)
     """Spacings of dots, falling, tried in that order [mm]."""
     texture_scale: Annotated[int, Field(ge=1, le=8)] = 1
-    """Pixels of their images for each pixel of the others, along columns and along rows."""
+    """Pixels of their images for each pixel of the others, along columns and along rows; more where a spacing has fewer
+    than three, up to as many as the sensor's own camera has."""
     durometer_spacing_mm: Annotated[float, Field(ge=0.1, le=1)] = 0.35
     """Node spacing under the durometer's cone [mm]."""
     durometer_walls: Literal["resolved", "homogenised"] = "homogenised"

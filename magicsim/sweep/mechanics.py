@@ -35,6 +35,8 @@ from magicsim.waiting import unheard
 
 FOLLOWED_MM = 0.5
 """Node spacing of the lattice that carries displacements to the meshes: no coarser than their triangles [mm]."""
+FOLLOWED_GROWTH = 1.3
+"""How much wider each is than the one before it, away from a fine contact."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,10 +81,15 @@ def press_centrally(
     return CentralPress(indenter=indenter, lattice=lattice, deformation=solver.solve(indenter))
 
 
-def followed_finely(design: ElastomerDesign) -> ElastomerDesign:
-    """The design with an even lattice that meshes follow and nothing is solved on."""
+def followed_finely(design: ElastomerDesign, *, near_mm: float | None = None) -> ElastomerDesign:
+    """The design with a lattice that meshes follow and nothing is solved on.
+
+    Even, or finer than that near the contact, with a node spacing of its own there [mm].
+    """
     spacing = min(FOLLOWED_MM, design.lattice.spacing_mm or FOLLOWED_MM)
     update = {"spacing_mm": spacing, "growth": 1.0, "cells_across": 0}
+    if near_mm is not None and near_mm < spacing:
+        update |= {"spacing_mm": near_mm, "growth": FOLLOWED_GROWTH}
     return design.model_copy(update={"lattice": design.lattice.model_copy(update=update)})
 
 

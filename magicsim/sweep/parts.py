@@ -283,12 +283,30 @@ def _detected(films: Sequence[Filmed], quality: SweepQuality, seed: int) -> Part
             "contact_auc": detection.contact_auc(scores, seed=seed),
             "contact_accuracy": detection.contact_accuracy(scores, seed=seed),
         },
-        curves={"approach": {"gap_mm": approaches[0].gaps_mm.tolist(), **means}},
+        curves={"approach": {"gap_mm": approaches[0].gaps_mm.tolist(), **means}} | _contact(films, quality, seed),
         profile={
             name: value for name, value in asdict(films[0][1].profile).items()
             if name.startswith("tau_") or name in {"polarity", "similarity", "grid_blur_px", "difference_blur_px"}
         },
     )  # fmt: skip
+
+
+def _contact(films: Sequence[Filmed], quality: SweepQuality, seed: int) -> dict[str, Curve]:
+    """How well contact is told at each further depth; nothing where none is asked for."""
+    found: Curve = {"depth_mm": list(quality.contact_depths_mm)}
+    for number in range(len(quality.contact_depths_mm)):
+        scores = [
+            detection.contact_scores(film, detector, quality.draws, drift=quality.drift, touches=film.others[number])
+            for film, detector in films
+        ]
+        told = {
+            "auc": detection.contact_auc(scores, seed=seed),
+            "accuracy": detection.contact_accuracy(scores, seed=seed),
+        }
+        for name, each in told.items():
+            for end, value in ((name, each.value), (f"{name}_low", each.low), (f"{name}_high", each.high)):
+                found.setdefault(end, []).append(value)
+    return {"contact": found} if quality.contact_depths_mm else {}
 
 
 def _pictures(film: DesignFilm) -> dict[str, str]:

@@ -15,6 +15,7 @@ Plate, lattice and the part that is looked at grow with the spacing, so that eve
 lines are their own mirror images about the axis: a quarter of the block is solved.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -24,8 +25,10 @@ import numpy as np
 from magicsim.arrays import Array, FloatImage, Index
 from magicsim.camera.exposure import expose
 from magicsim.camera.projection import pixel_landing_mm
+from magicsim.deform.indentation.force import find_depth
 from magicsim.detectors.frame import Frame
 from magicsim.errors import ConfigError
+from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.plain import BoxObject
 from magicsim.geometry.objects.textured import DotsObject, LinesObject
@@ -37,7 +40,7 @@ from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.sensor import Sensor, sensor_exposure
 from magicsim.sweep.designs import SweptSensor, camera_of, render_of
 from magicsim.sweep.measures import Measured, SweepQuality
-from magicsim.sweep.mechanics import followed_finely, moved, press_centrally
+from magicsim.sweep.mechanics import CentralPress, followed_finely, moved, press_centrally
 
 Pattern = Literal["dots", "lines"]
 PLATE_PERIODS = 5
@@ -47,7 +50,11 @@ LOOKED_AT_PERIODS = 4
 no pattern, and enough for the peak of the pattern's frequency to be narrow."""
 CELLS_A_PERIOD = 3
 """Lattice cells along one spacing below a pattern; half as many below a plain plate, which bends the face less."""
+NODES_A_PERIOD, FACETS_A_PERIOD, PIXELS_A_PERIOD = 4, 4, 3
+"""Nodes that carry displacements to the meshes, rendered facets and pixels along one spacing, at least."""
 MARGIN_PX = 2
+MOST_DEPTH_MM = 2.5
+"""Depth at which a press to a force ends on a design without limits [mm]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,15 +97,13 @@ def press_plate(
     if PLATE_PERIODS * spacing_mm > min(sensor.design.footprint_mm):
         raise ConfigError(f"a plate of {PLATE_PERIODS} x {spacing_mm:g} mm is larger than the face")
     thing = plate(pattern, spacing_mm, like)
-    rig, design = plate_rig(sensor, spacing_mm, quality), followed_finely(sensor.design)
+    rig = plate_rig(sensor, spacing_mm, quality)
+    design = followed_finely(sensor.design, near_mm=spacing_mm / NODES_A_PERIOD)
     cells = CELLS_A_PERIOD if pattern is not None else CELLS_A_PERIOD / 2
-    pressed = press_centrally(
-        sensor.design, thing, quality.texture_depth_mm, cells_across=1, spacing_mm=spacing_mm / cells
-    )
-    state = replace(UNTOUCHED, gap_mm=-quality.texture_depth_mm)
-    simulated = Sensor(
-        design, rig, thing, render=render_of(sensor, quality), states=[state], seed=seed, untouched=untouched
-    )
+    pressed, depth_mm = press_as_asked(sensor.design, thing, quality, spacing_mm=spacing_mm / cells)
+    state, render = replace(UNTOUCHED, gap_mm=-depth_mm), render_of(sensor, quality)
+    render = render.model_copy(update={"facet_mm": min(render.facet_mm, spacing_mm / FACETS_A_PERIOD)})
+    simulated = Sensor(design, rig, thing, render=render, states=[state], seed=seed, untouched=untouched)
     rest = simulated.radiance(UNTOUCHED, simulated.rest)
     image = simulated.radiance(state, moved(simulated, state, pressed))
     camera, exposure = rig.camera, sensor_exposure(simulated, rest)
@@ -116,9 +121,35 @@ def press_plate(
     return PlateFrames(contrast=contrast, places_mm=landing[inside], picture=picture)
 
 
+def press_as_asked(
+    design: ElastomerDesign, thing: ObjectConfig, quality: SweepQuality, *, spacing_mm: float
+) -> tuple[CentralPress, float]:
+    """The press as deep or as hard as it is asked for, and how deep that is [mm]."""
+    if quality.texture_force_n is None:
+        depth = quality.texture_depth_mm
+        return press_centrally(design, thing, depth, cells_across=1, spacing_mm=spacing_mm), depth
+    pressed: dict[float, CentralPress] = {}
+
+    def force_n(depth_mm: float) -> float:
+        pressed[depth_mm] = press_centrally(design, thing, depth_mm, cells_across=1, spacing_mm=spacing_mm)
+        return float(pressed[depth_mm].force_n[2])
+
+    found = find_depth(force_n, quality.texture_force_n, deepest_mm=design.limits.depth_mm or MOST_DEPTH_MM)
+    return pressed[found.depth_mm], found.depth_mm
+
+
 def plate_rig(sensor: SweptSensor, spacing_mm: float, quality: SweepQuality) -> Rig:
-    """The rig of a sensor, its camera reading out what lies around a plate of `PLATE_PERIODS` spacings."""
-    camera = camera_of(sensor, quality, scale=quality.texture_scale)
+    """The rig of a sensor, its camera reading out what lies around a plate of `PLATE_PERIODS` spacings.
+
+    Raises:
+        ConfigError: The sensor's own camera has too few pixels for the spacing.
+    """
+    own, field = sensor.rig.camera.columns, sensor.rig.camera.field_mm
+    needed = math.ceil(PIXELS_A_PERIOD * field / spacing_mm)
+    scale = max(quality.texture_scale, math.ceil(needed / quality.columns))
+    if scale > max(quality.texture_scale, math.ceil(own / quality.columns)):
+        raise ConfigError(f"rig.camera.columns = {own} is too few for {spacing_mm:g} mm: must be at least {needed}")
+    camera = camera_of(sensor, quality, scale=scale)
     whole = sensor.rig.model_copy(update={"camera": camera})
     near = np.abs(pixel_landing_mm(sensor.design, whole.lens, whole.camera)).max(2) <= PLATE_PERIODS * spacing_mm / 2
     rows, columns = np.flatnonzero(near.any(1)), np.flatnonzero(near.any(0))

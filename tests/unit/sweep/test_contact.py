@@ -58,3 +58,4 @@ def test_frames_of_the_test_never_reach_the_noise_of_the_references():
     assert found.touched.shape == (30, 200)
     assert max(last for _, last in used) <= SPAN - REFERENCES
     assert len(found.clear) > 800
+    assert contact_scores(film, detector, 3, drift=0.02, touches=range(8)).touched.shape == (4, 3)

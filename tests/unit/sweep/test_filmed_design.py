@@ -15,7 +15,7 @@ pytestmark = pytest.mark.slow
 SETTINGS = (
     "rig=digit-office", "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "quality.columns=24", "quality.rows=32",
     "quality.touches=6", "quality.gaps_mm=[20.0,5.0,1.0]", "quality.depths_mm=[0.3,1.0]",
-    "object.radius_mm=3",
+    "object.radius_mm=3", "quality.contact_depths_mm=[0.05,0.6]",
 )  # fmt: skip
 SWEPT = ("quality.renderings=1", "swept=[{field='rig.room',values=['office','corridor']}]")
 
@@ -46,6 +46,13 @@ def test_noise_and_strength_of_a_still_room_are_drawn_as_without_anything_that_p
     first, more = office.frames(office.untouched, 2, drift=0.1), office.frames(office.untouched, 3, drift=0.1)
     assert all((one == other).all() for one, other in zip(first, more[:2], strict=True))
     assert (more[0] != more[1]).any()
+
+
+def test_contact_is_told_at_further_depths_too(films: list[DesignFilm]):
+    assert [[each.gap_mm for each in depth] for depth in films[0].others] == [[-0.05] * 6, [-0.6] * 6]
+    assert [(each.x_mm, each.y_mm) for each in films[0].others[1]] == [
+        (each.x_mm, each.y_mm) for each in films[0].light_touches
+    ]
 
 
 def test_states_of_the_film_see_it_move(films: list[DesignFilm]):

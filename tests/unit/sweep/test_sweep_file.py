@@ -32,7 +32,7 @@ from .fakes import small_sweep
         ("quality.depths_mm=[0.1,0.2,0.3,0.9]", "must hold 1.0"),
         ("quality.depths_mm=[1.0,2.0]", "must hold 1.0 and a smaller value"),
         ("quality.light_depth_mm=0.3", "light_depth_mm = 0.3 is not allowed: must be below 0.3"),
-        ("quality.line_spacings_mm=[0.5]", "must be greater than or equal to 1"),
+        ("quality.line_spacings_mm=[0.2]", "must be greater than or equal to 0.3"),
         ("quality.columms=10", "did you mean 'columns'"),
         ("rooms=['offise']", "unknown room (or a PNG or JPEG file) 'offise' (did you mean 'office'?)"),
         ("rooms=['office','corridor']", "rooms = 'corridor' is not allowed: something passes there"),

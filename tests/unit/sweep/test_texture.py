@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from magicsim.errors import ConfigError
 from magicsim.sweep.designs import list_designs
 from magicsim.sweep.texture import (
     LOOKED_AT_PERIODS,
@@ -10,6 +11,7 @@ from magicsim.sweep.texture import (
     plate,
     plate_rig,
     powers,
+    press_as_asked,
     smallest_spacing,
     told_apart_to,
     try_finest_first,
@@ -111,3 +113,30 @@ def test_camera_reads_out_the_plate_and_little_more():
     assert (camera.columns, camera.rows) == (48, 64)
     width = camera.region_px[2] * 10 / 48
     assert 7.0 < width < 8.5
+
+
+def test_fine_patterns_get_as_many_pixels_as_they_need_and_the_camera_has():
+    settings = ["design.footprint_mm=[12,16]", "rig.camera.field_mm=10"]
+    sweep = small_sweep(*settings)
+    assert plate_rig(list_designs(sweep)[0].sensor, 0.3, sweep.quality).camera.columns == 3 * 48
+    few = small_sweep(*settings, "rig.camera.columns=60", "rig.camera.rows=80")
+    with pytest.raises(ConfigError, match=r"columns = 60 is too few for 0\.3 mm: must be at least 100"):
+        plate_rig(list_designs(few)[0].sensor, 0.3, few.quality)
+
+
+@pytest.mark.parametrize(("force_n", "deepest_mm"), [(0.4, 2.0), (50.0, 0.2)])
+def test_plates_are_pressed_with_a_force_or_as_deep_as_the_print_bears(force_n: float, deepest_mm: float):
+    sweep = small_sweep(
+        "design.footprint_mm=[8,8]",
+        f"design.limits.depth_mm={deepest_mm}",
+        "design.limits.sharp_depth_mm=0.1",
+        f"quality.texture_force_n={force_n}",
+    )
+    pressed, depth_mm = press_as_asked(
+        list_designs(sweep)[0].sensor.design, plate("lines", 0.8), sweep.quality, spacing_mm=0.8
+    )
+    if force_n == 50:
+        assert depth_mm == deepest_mm
+    else:
+        assert depth_mm < deepest_mm
+        assert pressed.force_n[2] == pytest.approx(force_n, rel=0.05)
