@@ -134,10 +134,12 @@ def block_volume_mm3(design: ElastomerDesign) -> float:
 def subdivision(design: ElastomerDesign, grid: CellGrid, facet_mm: float = FACET_MM) -> int:
     """Parts into which the edges of an infill cell are split: as many as the lattice has cells along a pitch.
 
-    At least two, so that a pressed cell can bulge and its walls bend, unless the cells are no larger than the facets.
+    At least two, so that a pressed cell can bulge and its walls bend, unless the cells are no larger than the facets;
+    no shorter than `FACET_MM`, since below the skin a face's finer dents are gone.
     """
     least = 1 if max(grid.pitch_mm) <= facet_mm else 2
-    return max(least, *(split_count(pitch, design.lattice.spacing_mm or pitch) for pitch in grid.pitch_mm.tolist()))
+    spacing = max(design.lattice.spacing_mm or np.inf, FACET_MM)
+    return max(least, *(split_count(pitch, min(spacing, pitch)) for pitch in grid.pitch_mm.tolist()))
 
 
 def _check(name: str, mesh: SurfaceMesh, volume_mm3: float, tolerance: float = VOLUME_TOLERANCE) -> None:
