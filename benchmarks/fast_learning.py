@@ -1,14 +1,14 @@
 """Whether fast frames serve: `localisation` and `ranging` learned from true and from fast frames, told by true ones.
 
     python benchmarks/fast_learning.py make localisation DATA     # datasets; goes on where it was stopped
-    python benchmarks/fast_learning.py learn localisation DATA --out docs/benchmarks/fast-learning-localisation.json
+    python benchmarks/fast_learning.py learn localisation DATA --out docs/benchmarks/fast-learning.json
 
-`true` and `fast` are the same states in either tier, those with `more` are four times as many, `test` are true frames
+`true` and `fast` are the same states in either tier, `more` is four times as many fast ones, `test` are true frames
 of other prints and states; `make` says how long each took. A small network learns from each, three times with
 other random numbers. Errors (of place along the face and of force in contact, of place and gap before it) are those of
 a frame, the mean of its three networks' errors; intervals of ratios draw whole episodes again. Named before the first
-run: a ratio whose interval ends below `MARGIN` counts as equivalent; expected are, of touches, 1.1 to 1.4 of `fast` and
-0.7 to 1.0 of `fast more`; before contact 0.95 to 1.1 of `fast` and of `fast more` beside `true more`.
+run: a ratio whose interval ends below `MARGIN` counts as equivalent; expected are 1.1 to 1.4 of `fast` and 0.7 to 1.0
+of `more`, of touches, and 0.95 to 1.1 of `fast` before contact.
 """
 
 import argparse
@@ -39,40 +39,28 @@ MARGIN = 1.15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Made:
-    """One dataset."""
-
-    tier: str
-    episodes: int
-    seed: int = 11
-    beside: str = "true"
-    """The dataset whose errors its own are divided by."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
     """What is learned."""
 
     read: Callable[[Path, LearningSettings], Samples]
     errors: dict[str, tuple[str, ...]]
     """Answers whose distance from the truth is one error, by its name."""
-    sets: dict[str, Made]
+    episodes_per_unit: int
+    sets: dict[str, tuple[str, int, int]]
+    """Tier, episodes and seed of each dataset."""
 
 
 STUDIES = {
-    "localisation": Study(
-        read=read_touches, errors={"place_mm": ("p_x", "p_y"), "force_n": ("f_x", "f_y", "f_z")},
-        sets={"test": Made(tier="true", episodes=64, seed=12), "true": Made(tier="true", episodes=156),
-              "fast": Made(tier="fast", episodes=156), "fast more": Made(tier="fast", episodes=624)},
+    "localisation": Study(  # four touched frames an episode
+        read=read_touches, errors={"place_mm": ("p_x", "p_y"), "force_n": ("f_x", "f_y", "f_z")}, episodes_per_unit=25,
+        sets={"test": ("true", 64, 12), "true": ("true", 75, 11), "fast": ("fast", 75, 11), "more": ("fast", 300, 11)},
     ),
-    "ranging": Study(
-        read=read_approaches, errors={"place_mm": ("x", "y"), "gap_mm": ("gap",)},
-        sets={"test": Made(tier="true", episodes=100, seed=12), "true": Made(tier="true", episodes=125),
-              "fast": Made(tier="fast", episodes=125), "true more": Made(tier="true", episodes=500),
-              "fast more": Made(tier="fast", episodes=500, beside="true more")},
+    "ranging": Study(  # four frames an episode
+        read=read_approaches, errors={"place_mm": ("x", "y"), "gap_mm": ("gap",)}, episodes_per_unit=52,
+        sets={"test": ("true", 100, 12), "true": ("true", 125, 11), "fast": ("fast", 125, 11)},
     ),
 }  # fmt: skip
-SETTINGS = ("episodes_per_sensor=52", "labels.displacements=false", "labels.depth_map=false")
+SETTINGS = ("labels.displacements=false", "labels.depth_map=false")
 LEARNING = LearningSettings(folds=20)
 SEEDS, RESAMPLES = (1, 2, 3), 4000
 Array = npt.NDArray[np.float64]
@@ -80,9 +68,10 @@ Array = npt.NDArray[np.float64]
 
 def make(study: str, folder: Path) -> None:
     """Every dataset, with the seconds that it took."""
-    for name, made in STUDIES[study].sets.items():
-        out = folder / name.replace(" ", "-")
-        settings = [*SETTINGS, f"episodes={made.episodes}", f"render.tier={made.tier}", f"seed={made.seed}"]
+    what = STUDIES[study]
+    for name, (tier, episodes, seed) in what.sets.items():
+        out, units = folder / name, f"episodes_per_sensor={what.episodes_per_unit}"
+        settings = [*SETTINGS, units, f"episodes={episodes}", f"render.tier={tier}", f"seed={seed}"]
         begin = time.perf_counter()
         result = generate_dataset(
             load_recipe(study, settings), out, options=WorkerOptions(workers=2), resume=out.exists()
@@ -99,7 +88,7 @@ def errors(study: str, folder: Path, name: str, seed: int) -> tuple[str, Array, 
     recipe, what = load_recipe(study), STUDIES[study]
     task = FitTask(
         fit=Fit(name="press", network="small", folds=LEARNING.folds), settings=LEARNING, read=what.read,
-        folder=folder / name.replace(" ", "-"), frame_size=(recipe.rig.camera.rows, recipe.rig.camera.columns),
+        folder=folder / name, frame_size=(recipe.rig.camera.rows, recipe.rig.camera.columns),
         recipe_hash="", study=study, seed=seed, also=(Also(name="test", folder=folder / "test"),),
         seconds=float("inf"),
     )  # fmt: skip
@@ -114,9 +103,9 @@ def errors(study: str, folder: Path, name: str, seed: int) -> tuple[str, Array, 
 
 
 def learn(study: str, folder: Path) -> dict[str, Any]:
-    """Errors of all sets, and their ratios to those of another."""
+    """Errors of all sets, and their ratios to those of `true`."""
     what = STUDIES[study]
-    sets = {name: made for name, made in what.sets.items() if name != "test"}
+    sets = [name for name in what.sets if name != "test"]
     jobs = [(study, folder, name, seed) for name in sets for seed in SEEDS]
     with ProcessPoolExecutor(2) as pool:
         done = list(pool.map(errors, *zip(*jobs, strict=True)))
@@ -127,14 +116,13 @@ def learn(study: str, folder: Path) -> dict[str, Any]:
     drawn = resampled(member.max() + 1, RESAMPLES, np.random.default_rng(0))
     found: dict[str, Any] = {"margin": MARGIN, "test_frames": len(press), "test_episodes": int(member.max() + 1)}
     for name, each in mean.items():
-        beside = sets[name].beside
-        ratios = sums[name][drawn].sum(1) / sums[beside][drawn].sum(1)
+        ratios = sums[name][drawn].sum(1) / sums["true"][drawn].sum(1)
         found[name] = {
-            "train_frames": next(one[3] for one in done if one[0] == name), "beside": beside,
+            "train_frames": next(one[3] for one in done if one[0] == name),
             **{label: {
                 "error": round(float(each[:, place].mean()), 4),
                 "of_single_networks": [round(float(one[1][:, place].mean()), 4) for one in done if one[0] == name],
-                "ratio": round(float(each[:, place].mean() / mean[beside][:, place].mean()), 3),
+                "of_true": round(float(each[:, place].mean() / mean["true"][:, place].mean()), 3),
                 "interval": np.round(ends(ratios[:, place]), 3).tolist(),
             } for place, label in enumerate(what.errors)},
         }  # fmt: skip
