@@ -8,17 +8,20 @@ import numpy as np
 from magicsim.arrays import Array, Index, Mask, Numbers
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
-from magicsim.light.backend import aligned, dr, mi
-from magicsim.light.near.ports import Ports
+from magicsim.light.backend import aligned, columns, dr, mi
+from magicsim.light.near.ports import BELOW_MM, Ports
 from magicsim.light.records.recorded_paths import RecordedPaths, escaped, mirror_samples
 from magicsim.light.transport.path_starts import ObjectRays, object_rays
+from magicsim.light.transport.streams import generators
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.irradiance import IrradianceKernel, blended_kernel
-from magicsim.light.world.medium import leave
+from magicsim.light.world.medium import CLEARANCE, leave
 from magicsim.light.world.names import OBJECT, PLACE
 from magicsim.light.world.room_light import missed
 from magicsim.light.world.scene_dict import in_group, mesh_shape
 
+FAR_MM = 5.0
+"""Gap from which a place on the object looks at points of the face, and pixels at the object along all their rays."""
 DIGITS = 6
 """Decimals of heights on the object [mm], so that all its places along z share a kernel."""
 
@@ -85,9 +88,12 @@ class NearObject:
         number, triangle, share, now, free = _met(
             self.scene, mi.ShapePtr(self.object), block, room, self.matt, ports, both
         )
+        number, gain = number[:count], np.ones(count)
+        if self.is_far:
+            number, gain = self._facing(ports, sent, seed)
         areas = np.bincount(sent.triangle, sent.area_mm2, len(self.mesh.faces)).astype(np.float64)
         return Seen(
-            number=number[:count], triangle=triangle, share=share, now=now[:count], behind=radiance_of(still, lines),
+            number=number, gain=gain, triangle=triangle, share=share, now=now[:count], behind=radiance_of(still, lines),
             free=free[:count], sent=sent, areas_mm2=areas,
             kernel=self._blended(self.placed),
         )  # fmt: skip
@@ -119,6 +125,32 @@ class NearObject:
         )  # fmt: skip
         return np.array(met, np.float64).T
 
+    @property
+    def is_far(self) -> bool:
+        """Whether it is so far away that few rays from its surface meet the face."""
+        return self.placed is not None and float(self.placed.vertices[:, 2].max()) < -FAR_MM
+
+    def _facing(self, ports: Ports, sent: ObjectRays, seed: int) -> tuple[Index, Array]:
+        """Ports that places on the object see through points of the face, and what each counts for (area sampling).
+
+        As much as a ray of the hemisphere counts for in the mean.
+        """
+        assert self.placed is not None
+        origins, sides = np.array(sent.rays.o, np.float64).T, np.array(ports.footprint_mm)
+        steps = np.arange(len(origins))[:, None] * (np.array(generators(2)) / 2.0**32)
+        across = ((steps + np.random.default_rng(seed).random(2)) % 1 - 0.5) * sides
+        way = np.column_stack([across, np.full(len(across), -BELOW_MM)]) - origins
+        far = np.linalg.norm(way, axis=1)
+        way /= far[:, None]
+        corners = self.placed.vertices[self.placed.faces[sent.triangle]]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        facing = (normal * way).sum(1) / np.linalg.norm(normal, axis=1)
+        rays = mi.Ray3f(mi.Point3f(*columns(origins + CLEARANCE * way)), mi.Vector3f(*columns(way)))
+        number, found = (np.array(each) for each in ports.met(rays))
+        kept = found & (facing > 0) & ~np.array(self.scene.ray_test(rays))
+        gain = kept * np.maximum(facing, 0) * way[:, 2] * sides.prod() / (np.pi * far**2)
+        return np.where(kept, number, ports.count), gain
+
     def _blended(self, placed: SurfaceMesh) -> IrradianceKernel:
         """Kernel that is the wider the further a triangle is below the object's top."""
         heights = placed.vertices[:, 2]
@@ -133,7 +165,9 @@ class Seen:
     """What rays from an object, and then lines from the face, meet."""
 
     number: Index
-    """The port that each of the object's rays runs into, the number of all where none is there."""
+    """The port that each place on the object looks at, the number of all where none is there."""
+    gain: Array
+    """What its radiance counts for, shape (object's rays,)."""
     triangle: Index
     """The object's triangle that each ray meets; -1 where it meets none."""
     share: Array
@@ -158,7 +192,9 @@ class Seen:
         """
         count, triangles = len(self.number), len(self.areas_mm2)
         met = self.now * self.free[:, None]
-        met += np.concatenate([shining, np.zeros((1, 3))])[self.number] + self._sent_out(own)[:count]
+        met += (
+            self.gain[:, None] * np.concatenate([shining, np.zeros((1, 3))])[self.number] + self._sent_out(own)[:count]
+        )
         met *= np.pi * self.sent.area_mm2[:, None]
         flux = np.zeros((triangles, 3))
         for channel in range(3):

@@ -142,7 +142,8 @@ class NearTransport:
             lit = met.irradiance(shining, lit)
         outside: Any = target
         found = found + (light.seen.response @ values)[pixels]
-        found += light.seen.seen_outside(_Room(still, passing, None), outside, lit, target.finish, pixels)
+        seen = rest.paths if target.is_far else light.seen
+        found += seen.seen_outside(_Room(still, passing, None), outside, lit, target.finish, pixels)
         if target.finish.specular > 0:
             found += target.mirrored(world.scene, now, light.ports, shining, lit, light.mirror, pixels, seed=seed)
         return np.asarray(np.maximum(found, 0))

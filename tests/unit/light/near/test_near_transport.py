@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.light.backend import VARIANT, dr
+from magicsim.light.near import near_object
 from magicsim.light.near.near_object import NearObject
 from magicsim.light.near.near_transport import NearTransport, PortLight
 from magicsim.light.transport.light_pass import FIXED_POINT
@@ -107,6 +108,24 @@ def test_an_object_as_bright_as_the_room_that_it_hides_changes_nothing(sensor, t
 )  # fmt: skip
 def test_an_image_is_the_true_one(sensor, state):
     compare(sensor, state)
+
+
+def test_a_far_object_is_lit_as_one_that_is_followed_by_more_rays(sensor, transport, monkeypatch):
+    """Places that look at points of the face tell what many rays of the hemisphere tell, with less noise."""
+    light, dark = transport.light, np.zeros((len(sensor.renderer.object_mesh.faces), 3))
+    found = {}
+    for far_mm, rays in ((5.0, 3000), (100.0, 300_000)):
+        target = NearObject.of(sensor.renderer.object_mesh, Finish(color=(0.5, 0.5, 0.5)))
+        monkeypatch.setattr(near_object, "FAR_MM", far_mm)
+        target.place(sensor.view(at(12.0), sensor.rest).indenter.pose)
+        met = [
+            target.look(transport.world.scene, None, None, light.ports, light.lines, rays=rays, seed=seed)
+            for seed in range(4)
+        ]
+        found[far_mm] = np.array([each.irradiance(light.shining, dark)[:, 0] @ each.areas_mm2 for each in met])
+    near, exact = found[5.0], found[100.0].mean()
+    assert near.mean() == pytest.approx(exact, rel=0.05)
+    assert near.std() < 0.03 * exact
 
 
 def test_a_flashlight_hides_what_passes_behind_it(sensor):
