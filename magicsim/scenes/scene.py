@@ -86,7 +86,7 @@ class ContactSettings(Config):
     874."""
     quality: Literal["full", "control"] = "full"
     """How finely equilibria are solved, see `deform.quality`: control is a third to a half of the work, with forces
-    1 to 7 % higher (`benchmarks/frame_error.py`)."""
+    1 to 9 % higher (`benchmarks/frame_error.py`)."""
     coupling: Literal["wet", "dry"] = "wet"
     """Wet: the tacky skin couples optically to the object. Dry: a thin film of air stays between them."""
     film_mm: Annotated[float, Field(ge=0.01, le=0.1)] = 0.02
