@@ -58,7 +58,7 @@ class SweepQuality(Config):
     texture_depth_mm: Depth = 0.3
     """How deep dots, lines and the plain plate are pressed from first contact [mm]."""
     texture_force_n: Annotated[float, Field(gt=0, le=100)] | None = None
-    """With which force instead, but no deeper than `design.limits` allow [N]; 5 % are as near as it gets."""
+    """With which force instead, but no deeper than `design.limits.depth_mm` [N]; 5 % are as near as it gets."""
     line_spacings_mm: Annotated[tuple[Spacing, ...], Field(min_length=1)] = (2.0, 1.4, 1.0)
     """Spacings of lines, falling; the finest is pressed first, and coarser ones until one is told apart [mm]."""
     dot_spacings_mm: Annotated[tuple[Spacing, ...], Field(min_length=1)] = (2.0, 1.4, 1.0)

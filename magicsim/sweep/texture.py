@@ -135,6 +135,8 @@ def press_as_asked(
         return float(pressed[depth_mm].force_n[2])
 
     found = find_depth(force_n, quality.texture_force_n, deepest_mm=design.limits.depth_mm or MOST_DEPTH_MM)
+    if found.depth_mm not in pressed:
+        raise ConfigError(f"quality.texture_force_n = {quality.texture_force_n:g} is not met: each press has more")
     return pressed[found.depth_mm], found.depth_mm
 
 

@@ -4,7 +4,7 @@ Particles bring the light once for each place of the flashlight. What an object 
 contact face to the flashlight (area sampling), port by port of the light that comes in.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -12,12 +12,11 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from magicsim.arrays import Array, Numbers
-from magicsim.light.backend import columns, dr, mi
+from magicsim.light.backend import dr, mi
 from magicsim.light.near.near_object import radiance_of
-from magicsim.light.near.ports import BELOW_MM, Ports
+from magicsim.light.near.ports import BELOW_MM, Ports, rays_along
 from magicsim.light.records.recorded_paths import WEIGHT, RecordedPaths
 from magicsim.light.transport.lit_world import LitWorld
-from magicsim.light.transport.streams import generators
 from magicsim.light.world.names import FLASHLIGHT
 from magicsim.light.world.outside import Outside
 from magicsim.light.world.passing_light import PassingLight
@@ -95,20 +94,22 @@ class LampLight:
         """
         field = world.light_fields({FLASHLIGHT: particles}, seed=seed, outside=outside)[FLASHLIGHT]
         disk, pixels = LampDisk.of(lamp, light_x_mm), np.arange(len(paths.direct), dtype=np.uint32)
-        starts, ends = _ends(into, lamp, light_x_mm)
+        ends, around = replace(into, rings=1, sectors=1).lines(LINES, seed=0)  # these ways cover a disk evenly
+        starts = np.array([lamp.x_mm + light_x_mm, lamp.y_mm, -lamp.distance_mm]) + lamp.radius_mm * around * [1, 1, 0]
         way = ends - starts
         far = np.linalg.norm(way, axis=1)
         way /= far[:, None]
-        lines = _rays(starts + BELOW_MM * way, way, far - 2 * BELOW_MM)
+        lines = rays_along(starts + BELOW_MM * way, way)
+        lines.maxt = mi.Float(far - 2 * BELOW_MM)
         port, found = (np.array(each) for each in into.met(lines))
         found &= ~np.array(world.scene.ray_test(lines))
         share = (found * way[:, 2] ** 2 / far**2).astype(np.float32)
         sums = sp.csr_matrix((share, (np.where(found, port, 0), np.arange(len(port)))), (into.count, len(port)))
         table = np.array(paths.rays).reshape(-1, 8)
-        chosen = np.flatnonzero(np.array(disk.met(missed(_rays(table[:, :3], table[:, 3:WEIGHT])))))
+        chosen = np.flatnonzero(np.array(disk.met(missed(rays_along(table[:, :3], table[:, 3:WEIGHT])))))
         kept = table[chosen]
-        far = (kept[:, 2] + lamp.distance_mm) / -kept[:, 5]
-        rays, weight = _rays(kept[:, :3], kept[:, 3:WEIGHT], far), kept[:, WEIGHT : WEIGHT + 1]
+        rays, weight = rays_along(kept[:, :3], kept[:, 3:WEIGHT]), kept[:, WEIGHT : WEIGHT + 1]
+        rays.maxt = mi.Float((kept[:, 2] + lamp.distance_mm) / -kept[:, 5])
         return cls(
             disk=disk, brought=np.concatenate([field.fluence, field.body]),
             glow=paths.glow(world.elements(field), pixels), lines=lines, sums=sums, ported=ported @ sums.sum(1).A1,
@@ -141,30 +142,3 @@ class LampLight:
         stopped = ported @ (self.sums @ np.array(scene.ray_test(self.lines), np.float32))
         share = np.divide(stopped, self.ported, out=np.zeros_like(stopped), where=self.ported > 0)
         return np.asarray(share[:, None] * self.brought)
-
-
-def _rays(origins: Array, ways: Array, far: Array | float = np.inf) -> Any:
-    """Rays that end so far away, mi.Ray3f."""
-    rays = mi.Ray3f(mi.Point3f(*columns(origins)), mi.Vector3f(*columns(ways)))
-    rays.maxt = mi.Float(far)
-    return rays
-
-
-def _ends(into: Ports, lamp: Flashlight, light_x_mm: float) -> tuple[Array, Array]:
-    """Points on the lamp and on the face, patch by patch, each of shape (patches * LINES, 3) [mm]."""
-    patches = into.count // into.bins
-    steps = np.arange(LINES)[:, None] * (np.array(generators(4)) / 2.0**32)
-    shifts = np.random.default_rng(0).random((patches, 1, 4))
-    u, v, out, turn = np.moveaxis((steps + shifts) % 1, 2, 0)
-    patch = np.arange(patches)[:, None]
-    sides = np.array(into.footprint_mm) / into.counts
-    x, y = (patch % into.counts[0] + u) * sides[0], (patch // into.counts[0] + v) * sides[1]
-    face = np.stack([x - into.footprint_mm[0] / 2, y - into.footprint_mm[1] / 2, np.full_like(x, -BELOW_MM)], 2)
-    away, angle = lamp.radius_mm * np.sqrt(out), 2 * np.pi * turn
-    disk = np.stack(
-        [
-            lamp.x_mm + light_x_mm + away * np.cos(angle), lamp.y_mm + away * np.sin(angle),
-            np.full_like(x, -lamp.distance_mm),
-        ], 2,
-    )  # fmt: skip
-    return disk.reshape(-1, 3), face.reshape(-1, 3)

@@ -8,8 +8,8 @@ import numpy as np
 from magicsim.arrays import Array, Index, Mask, Numbers
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
-from magicsim.light.backend import aligned, columns, dr, mi
-from magicsim.light.near.ports import BELOW_MM, Ports
+from magicsim.light.backend import aligned, dr, mi
+from magicsim.light.near.ports import BELOW_MM, Ports, rays_along
 from magicsim.light.records.recorded_paths import RecordedPaths, escaped, mirror_samples
 from magicsim.light.transport.path_starts import ObjectRays, object_rays
 from magicsim.light.transport.streams import generators
@@ -145,7 +145,7 @@ class NearObject:
         corners = self.placed.vertices[self.placed.faces[sent.triangle]]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         facing = (normal * way).sum(1) / np.linalg.norm(normal, axis=1)
-        rays = mi.Ray3f(mi.Point3f(*columns(origins + CLEARANCE * way)), mi.Vector3f(*columns(way)))
+        rays = rays_along(origins + CLEARANCE * way, way)
         number, found = (np.array(each) for each in ports.met(rays))
         kept = found & (facing > 0) & ~np.array(self.scene.ray_test(rays))
         gain = kept * np.maximum(facing, 0) * way[:, 2] * sides.prod() / (np.pi * far**2)

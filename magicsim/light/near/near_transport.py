@@ -19,7 +19,7 @@ from magicsim.light.backend import aligned, columns, dr, mi
 from magicsim.light.frame.frame_image import own_field
 from magicsim.light.near.lamp_light import LampDisk, LampLight
 from magicsim.light.near.near_object import NearObject, radiance_of
-from magicsim.light.near.ports import Ports
+from magicsim.light.near.ports import Ports, rays_along
 from magicsim.light.records.recorded_paths import MOMENTS, WEIGHT, RecordedPaths, record_paths
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.transport.light_field import LightField
@@ -78,7 +78,7 @@ class PortLight:
         coming, back, paths = _coming(world, into), _thinned(leaving, BACK_RAYS), _means(rest.paths)
         table = np.concatenate([coming[0], np.array(back.rays).reshape(-1, 8)])
         owner = np.concatenate([coming[1], into.count + back.owner.astype(np.int64)])
-        lines = mi.Ray3f(mi.Point3f(*columns(table[:, :3])), mi.Vector3f(*columns(table[:, 3:WEIGHT])))
+        lines = rays_along(table[:, :3], table[:, 3:WEIGHT])
         weights = (table[:, WEIGHT].astype(np.float64), (owner, np.arange(len(owner))))
         return cls(
             brought=_brought(world, into), into=into, ports=ports, shining=shining, lines=lines,
@@ -187,7 +187,7 @@ def _coming(world: LitWorld, ports: Ports) -> tuple[npt.NDArray[np.float32], Ind
     Their columns are those of recorded rays.
     """
     places, ways = ports.lines(INTO_LINES, seed=0)
-    rays = mi.Ray3f(mi.Point3f(*columns(places)), mi.Vector3f(*columns(-ways)))
+    rays = rays_along(places, -ways)
     free = ~np.array(world.scene.ray_intersect_preliminary(rays).is_valid())
     table = np.zeros((len(places), 8), np.float32)
     table[:, :3], table[:, 3:WEIGHT], table[:, WEIGHT] = places, -ways, free / INTO_LINES
@@ -198,7 +198,7 @@ def _leaving(world: LitWorld, ports: Ports) -> RecordedPaths:
     """Paths of ports into the block, along which light comes out."""
     places, ways = ports.lines(OUT_PATHS, seed=1)
     lanes, dark = len(places), world.darkness()
-    rays = mi.Ray3f(mi.Point3f(*columns(places)), mi.Vector3f(*columns(ways)))
+    rays = rays_along(places, ways)
     starts = ObjectStarts.of(dr.arange(mi.UInt32, lanes), rays, mi.Float(1), mi.Bool(False))
 
     def trace(_part: range, room: int) -> tuple[PathRecord, Array]:

@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from magicsim.arrays import Array, Index
-from magicsim.light.backend import dr, mi
+from magicsim.light.backend import columns, dr, mi
 from magicsim.light.transport.streams import generators
 
 BELOW_MM = 1e-4
@@ -91,6 +91,11 @@ class Ports:
         turn = dr.atan2(ray.d.y, ray.d.x) / dr.two_pi
         sector = _below((turn - dr.floor(turn)) * self.sectors, self.sectors)
         return ((x + self.counts[0] * y) * self.rings + ring) * self.sectors + sector, found
+
+
+def rays_along(origins_mm: Array, ways: Array) -> Any:
+    """Rays from places along unit directions, both of shape (rays, 3), mi.Ray3f."""
+    return mi.Ray3f(mi.Point3f(*columns(origins_mm)), mi.Vector3f(*columns(ways)))
 
 
 def _below(place: Any, count: int) -> Any:
