@@ -1,6 +1,7 @@
 """An object before the untouched block in a scene of its own, moved as a whole: no search tree is built anew."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, Self
 
 import numpy as np
@@ -24,6 +25,8 @@ FAR_MM = 5.0
 """Gap from which a place on the object looks at points of the face, and pixels at the object along all their rays."""
 DIGITS = 6
 """Decimals of heights on the object [mm], so that all its places along z share a kernel."""
+KERNELS = 4
+"""Kernels that are kept."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -38,8 +41,6 @@ class NearObject:
     """Shape of the object."""
     joined: Any = None
     """A scene that holds the block as well: none, see `Outside`."""
-    kept: tuple[Array, IrradianceKernel] | None = None
-    """Heights of triangles, and the kernel of its irradiance where they are as far below its top."""
     placed: SurfaceMesh | None = None
     """Surface of the object in the sensor's frame."""
 
@@ -155,9 +156,7 @@ class NearObject:
         """Kernel that is the wider the further a triangle is below the object's top."""
         heights = placed.vertices[:, 2]
         below_mm = np.round(heights.max() - heights[placed.faces].mean(1), DIGITS)
-        if self.kept is None or not np.array_equal(self.kept[0], below_mm):
-            self.kept = below_mm, blended_kernel(self.mesh, below_mm)
-        return self.kept[1]
+        return _kernel(*(each.tobytes() for each in (self.mesh.vertices, self.mesh.faces, below_mm)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -228,6 +227,15 @@ def _met(scene: Any, shape: Any, block: Any, room: Any, finish: Finish, ports: P
     return (
         np.array(number), np.array(triangle), np.array(share, np.float64).T, radiance_of(room, rays), np.array(free),
     )  # fmt: skip
+
+
+@lru_cache(KERNELS)
+def _kernel(vertices: bytes, faces: bytes, below_mm: bytes) -> IrradianceKernel:
+    """Kernel of one shape, which episodes share."""
+    mesh = SurfaceMesh(
+        vertices=np.frombuffer(vertices).reshape(-1, 3), faces=np.frombuffer(faces, np.int32).reshape(-1, 3)
+    )
+    return blended_kernel(mesh, np.frombuffer(below_mm))
 
 
 def radiance_of(room: Any, rays: Any) -> Array:
