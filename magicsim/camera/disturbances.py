@@ -30,13 +30,7 @@ DARK, HOT, DEAD, DUST = 1, 2, 3, 4
 
 
 def deviates(seed: int, stream: int, part: int = 0) -> np.random.Generator:
-    """The generator of one thing.
-
-    Args:
-        seed: Of the episode, or of the camera's pattern.
-        stream: Number of the frame, or one of the streams above.
-        part: Of the stream; 0 is the first.
-    """
+    """The generator of one thing by the seed of an episode or pattern, a frame or stream above, and a part of it."""
     words = [seed, stream, part] if part else [seed, stream]
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence(words)))
 
@@ -84,22 +78,12 @@ def shift_px(vibration_px: float, *, seed: int, frame: int) -> Array:
     """Shift of an image by a mount that shakes, down and right, shape (2,) [px].
 
     Frames are independent, as of a motion faster than the frame rate.
-
-    Args:
-        vibration_px: Standard deviation along rows and along columns [px].
-        seed: Of the episode.
-        frame: Its number in the stream.
     """
     return np.asarray(vibration_px * deviates(seed, frame, SHAKE).standard_normal(2))
 
 
 def shifted(image: FloatImage, by_px: Array) -> FloatImage:
-    """The image moved down and right by parts of a pixel; its mirror comes in from beyond the border.
-
-    Args:
-        image: Linear radiance, shape (rows, columns, 3).
-        by_px: Shape (2,) [px].
-    """
+    """The image moved down and right by parts of a pixel; its mirror comes in from beyond the border."""
     down, across = (_taps(float(each)) for each in by_px)
     return np.asarray(cv2.sepFilter2D(image, -1, across, down, borderType=cv2.BORDER_REFLECT_101), np.float32)
 
@@ -127,14 +111,7 @@ def exposure_s(shutter: Shutter, frames_per_second: float) -> float:
 
 
 def between_frames(before: FloatImage, now: FloatImage, shutter: Shutter, *, frames_per_second: float) -> FloatImage:
-    """What rows see of two states that follow each other, linear between them; shape (rows, columns, 3).
-
-    Args:
-        before: Radiance at the time of the frame before, shape (rows, columns, 3).
-        now: Radiance at the time of this one.
-        shutter: When the rows collect light.
-        frames_per_second: Frame rate [1/s].
-    """
+    """What rows see of two states, one frame apart, linear between them; shape (rows, columns, 3)."""
     middle_s = row_ends_s(shutter, rows=len(now), time_s=0.0) - exposure_s(shutter, frames_per_second) / 2
     share = np.clip(1 + frames_per_second * middle_s, 0, 1)[:, None, None]
     return np.asarray(before + share * (now - before), np.float32)
@@ -158,14 +135,6 @@ def flicker_share(
 
     Light 1 + m cos(2 pi f t + p) with f twice the mains frequency, averaged over an exposure of length T that ends at
     t, is 1 + m sinc(f T) cos(2 pi f (t - T / 2) + p), sinc(x) = sin(pi x) / (pi x).
-
-    Args:
-        flicker: Frequency and depth.
-        shutter: When the rows collect light.
-        rows: Of the whole image.
-        time_s: Time of the frame [s].
-        frames_per_second: Frame rate [1/s].
-        seed: Of the episode, which begins somewhere in the swing.
     """
     frequency, open_s = 2 * flicker.mains_hz, exposure_s(shutter, frames_per_second)
     phase = 2 * np.pi * deviates(seed, PHASE_STREAM).random()
@@ -179,11 +148,6 @@ def led_drift(drift: LedDrift, *, time_s: float, seed: int) -> Array:
 
     A slow wander with a correlation that falls as exp(-t / T): a sum of cosines whose frequencies follow the spectrum,
     a Cauchy distribution of width 1 / T (Shinozuka and Deodatis, *Appl. Mech. Rev.* 44, 191, 1991).
-
-    Args:
-        drift: Its size and slowness.
-        time_s: Since the stream began [s].
-        seed: Of the episode.
     """
     random = deviates(seed, DRIFT_STREAM)
     frequency = random.standard_cauchy((WAVES, 3)) / drift.time_s

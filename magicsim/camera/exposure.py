@@ -41,11 +41,7 @@ class VideoCodec:
     """Coder and decoder of one stream, each in one thread: the same frames give the same bytes."""
 
     def __init__(self, h264: H264, *, rows: int, columns: int, frames_per_second: float) -> None:
-        """Opens both.
-
-        Raises:
-            ConfigError: PyAV is missing.
-        """
+        """Opens both; `ConfigError` where PyAV is missing."""
         av = _pyav()
         coder = av.CodecContext.create("libx264", "w")
         coder.width, coder.height, coder.pix_fmt = columns, rows, "yuv420p"
@@ -66,11 +62,7 @@ class VideoCodec:
 
 
 def check_codec(compression: H264 | Mjpeg | None) -> None:
-    """Refuses a video that cannot be coded here, before anything is rendered for it.
-
-    Raises:
-        ConfigError: PyAV is missing.
-    """
+    """Refuses (`ConfigError`) a video that cannot be coded here, before anything is rendered for it."""
     if isinstance(compression, H264):
         _pyav()
 
@@ -84,12 +76,7 @@ def _pyav() -> Any:  # noqa: ANN401 - PyAV is optional
 
 
 def through_mjpeg(frame: Frame, mjpeg: Mjpeg) -> Frame:
-    """The frame compressed and decompressed.
-
-    Args:
-        frame: RGB, shape (rows, columns, 3).
-        mjpeg: Quality and sampling of the colours.
-    """
+    """The frame compressed and decompressed."""
     options = [cv2.IMWRITE_JPEG_QUALITY, mjpeg.quality, cv2.IMWRITE_JPEG_SAMPLING_FACTOR, SAMPLING[mjpeg.chroma]]
     packed = cv2.imencode(".jpg", np.ascontiguousarray(frame[..., ::-1]), options)[1]
     unpacked = np.asarray(cv2.imdecode(packed, cv2.IMREAD_COLOR), np.uint8)
@@ -113,11 +100,6 @@ def meter(untouched: FloatImage, camera: Camera, lit: Lit = (True, True, True)) 
 
     A channel in which no light shines is exposed like the others. Where no light arrives at all nothing can be
     measured: a radiance of 1 then comes to the grey level that is aimed at.
-
-    Args:
-        untouched: Linear radiance of the sensor at rest, shape (rows, columns, 3).
-        camera: Aim, tone curve and white balance.
-        lit: Whether any light shines in red, green and blue, see `Rig.lit`.
 
     Raises:
         RenderError: A channel is dark though light shines in it and others are not, or the image is not finite.

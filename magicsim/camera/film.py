@@ -67,10 +67,6 @@ def point_spread(image: FloatImage, blur_px: float) -> FloatImage:
     """An image as blurred as lens and pixels make it, shape (rows, columns, 3).
 
     A Gaussian, by which the core of most lenses' point spread is met; beyond the image's border its mirror goes on.
-
-    Args:
-        image: Linear radiance, shape (rows, columns, 3).
-        blur_px: Standard deviation along columns and rows [px].
     """
     if blur_px == 0:
         return image
@@ -133,11 +129,6 @@ def spread_light(image: FloatImage, diffraction: Diffraction | None, glare: Glar
     Applied to the cosine transform of the image, whose mirror goes on beyond the border: all light stays in the image,
     and what is sharper than pixels can show rings about its mean. A Gaussian of deviation s transfers of a wave of
     frequency v exp(-2 pi^2 s^2 v^2).
-
-    Args:
-        image: Linear radiance, shape (rows, columns, 3).
-        diffraction: None where there is none.
-        glare: None where there is none.
     """
     if diffraction is None and glare is None:
         return image
@@ -162,12 +153,9 @@ def frequencies(rows: int, columns: int) -> Array:
 
 
 def aperture_transfer(relative: Array) -> Array:
-    """Transfer of a circular aperture without aberration.
+    """Transfer of a circular aperture without aberration; frequencies are in units of the limit's.
 
     (2 / pi) (acos(u) - u sqrt(1 - u^2)) (Goodman, *Introduction to Fourier Optics*, section 6.3).
-
-    Args:
-        relative: Spatial frequency times wavelength times f-number, 1 at the limit.
     """
     inside = np.clip(relative, 0, 1)
     return np.asarray(2 / np.pi * (np.arccos(inside) - inside * np.sqrt(1 - inside**2)))

@@ -25,16 +25,10 @@ STEPS = 60
 
 
 def project_px(points_mm: Array, design: ElastomerDesign, lens: Lens, camera: Camera) -> Array:
-    """Pixels at which the camera sees points of the block.
+    """Column and row, shape (..., 2) [px], at which the camera sees points of the block, shape (..., 3) [mm].
 
-    Args:
-        points_mm: Positions in the sensor's frame, deformed where they are, shape (..., 3) [mm].
-        design: The block.
-        lens: Plate in front of the block's bonded face.
-        camera: Pinhole behind it.
-
-    Returns:
-        Column and row in the image that is read out, whole at pixel centres, shape (..., 2) [px]; may lie outside.
+    Points are where they are, deformed; pixels are whole at their centres in the image that is read out, and may lie
+    outside.
     """
     focal = focal_px(design, lens, camera)
     reach = np.linalg.norm(points_mm[..., :2], axis=-1)
@@ -64,8 +58,7 @@ def _slope(reach: Array, depth: Array, distance_mm: float, ior: float) -> Array:
 def pixel_landing_mm(design: ElastomerDesign, lens: Lens, camera: Camera, *, z_mm: float = 0.0) -> Array:
     """Where the ray through each pixel's centre meets a plane of the undeformed block, the contact face by default.
 
-    Returns:
-        x and y in the sensor's frame, of the pixels that are read out, shape (rows, columns, 2) [mm].
+    x and y in the sensor's frame, of the pixels that are read out, shape (rows, columns, 2) [mm].
     """
     slopes = camera.window.of(pixel_slopes(camera, focal_px(design, lens, camera)))
     if z_mm == 0:
@@ -76,8 +69,7 @@ def pixel_landing_mm(design: ElastomerDesign, lens: Lens, camera: Camera, *, z_m
 def picture_mm(design: ElastomerDesign, lens: Lens, camera: Camera) -> Array:
     """The upright rectangle of the contact face that the picture covers whole, its edges those of the outermost pixels.
 
-    Returns:
-        Smallest and largest x and y, shape (2, 2) [mm].
+    Smallest and largest x and y, shape (2, 2) [mm].
     """
     landing = pixel_landing_mm(design, lens, camera)
     low = [landing[:, 0, 0].max(), landing[-1, :, 1].max()]
@@ -93,8 +85,7 @@ def camera_matrix(camera: Camera, focal: float) -> Array:
 def pixel_slopes(camera: Camera, focal: float) -> Array:
     """Directions of the pixels' rays, right and down per unit along the axis, shape (rows, columns, 2).
 
-    Raises:
-        RenderError: The distortion folds the image, so that some pixel sees no direction or several.
+    `RenderError` where the distortion folds the image, so that some pixel sees no direction or several.
     """
     column, row = np.meshgrid(np.arange(camera.columns, dtype=float), np.arange(camera.rows, dtype=float))
     pixels = np.stack([column, row], -1)

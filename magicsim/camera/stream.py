@@ -55,13 +55,7 @@ class Gains:
 
 
 def metered(sensed: FloatImage, gain: Array, metering: str) -> Array:
-    """Mean signal of each channel, clipped at white, shape (3,).
-
-    Args:
-        sensed: What the sensor's colours see, shape (rows, columns, 3).
-        gain: Of each channel.
-        metering: `mean` or `centre`.
-    """
+    """Mean signal of each channel, clipped at white, shape (3,)."""
     signal = np.clip(sensed * gain, 0, 1)
     if metering == "mean":
         return np.asarray(signal.mean((0, 1), dtype=np.float64))
@@ -70,15 +64,7 @@ def metered(sensed: FloatImage, gain: Array, metering: str) -> Array:
 
 
 def corrected(gain: Array, means: Array, live: LiveExposure, *, aim: float, first: Array) -> Array:
-    """The gains that a frame's means ask for, shape (3,).
-
-    Args:
-        gain: The last gains that were chosen.
-        means: Metered signals of the frame, shape (3,).
-        live: How it follows.
-        aim: Mean signal that exposure aims at.
-        first: Gains of the untouched sensor, which the limits are relative to.
-    """
+    """The gains that a frame's metered signals ask for, shape (3,), within limits relative to `first`."""
     seen = np.maximum(means, FAINTEST)
     step = np.zeros(3)
     if live.exposure:
@@ -96,14 +82,8 @@ def settled(sensed: FloatImage, live: LiveExposure, *, aim: float, first: Array)
 
     Where no light arrives at all they are the first ones.
 
-    Args:
-        sensed: What the sensor's colours see of the untouched sensor, shape (rows, columns, 3).
-        live: How exposure follows.
-        aim: Mean signal that it aims at.
-        first: Where it begins, and what the limits are relative to.
-
-    Raises:
-        RenderError: It never settles, or not at what it aims at.
+    `RenderError` where it never settles, or not at what it aims at. Exposure begins at the first gains, which limits
+    are relative to.
     """
     if not sensed.any():
         return first
@@ -173,16 +153,9 @@ class CameraStream:
     def of(
         cls, camera: Camera, untouched: FloatImage, lit: Lit = (True, True, True), *, room: FloatImage | None = None
     ) -> Self:
-        """A camera as exposed on the untouched sensor.
+        """A camera as exposed on the untouched sensor, with the part of its light that the room brings.
 
-        Args:
-            camera: Which one.
-            untouched: Linear radiance of the whole sensor at rest, shape (rows, columns, 3).
-            lit: Whether any light shines in red, green and blue, see `Rig.lit`.
-            room: Part of it that comes from the room's light, in what is read out, shape (rows, columns, 3).
-
-        Raises:
-            RenderError: Exposure fails or never settles.
+        `RenderError` where exposure fails or never settles.
         """
         exposure = meter(untouched, camera, lit)
         if camera.live is not None:
@@ -193,8 +166,7 @@ class CameraStream:
     def begin(self, frames_per_second: float) -> CameraMemory:
         """What the first frame inherits: a camera that has looked at the untouched sensor for long.
 
-        Raises:
-            ConfigError: PyAV is missing, and the stream is to be H.264.
+        `ConfigError` where PyAV is missing, and the stream is to be H.264.
         """
         camera, video = self.camera, None
         if isinstance(camera.compression, H264):
@@ -205,11 +177,6 @@ class CameraStream:
 
     def take(self, radiance: FloatImage, memory: CameraMemory, at: Instant) -> tuple[Frame, CameraMemory]:
         """One frame, and what the next one inherits.
-
-        Args:
-            radiance: What the camera would read out of steady light, linear, shape (rows, columns, 3).
-            memory: From the frame before, or `begin`.
-            at: Which frame it is.
 
         Raises:
             RenderError: The radiance is not finite, or the rows take longer than a frame.

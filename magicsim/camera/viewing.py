@@ -43,17 +43,9 @@ def focal_px(design: ElastomerDesign, lens: Lens, camera: Camera) -> float:
 def landing_mm(
     slopes: Array, design: ElastomerDesign, lens: Lens, camera: Camera, *, z_mm: float | Array = 0.0
 ) -> Array:
-    """Where rays from the pinhole meet a plane of the undeformed block.
+    """Where rays meet a plane of the undeformed block, x and y in the sensor's frame, shape (..., 2) [mm].
 
-    Args:
-        slopes: Directions in air, right and down per unit along the axis, shape (..., 2).
-        design: The block.
-        lens: Plate in front of the block's bonded face.
-        camera: Pinhole behind it.
-        z_mm: The plane; 0 is the contact face [mm].
-
-    Returns:
-        x and y in the sensor's frame, shape (..., 2) [mm].
+    Slopes are directions in air from the pinhole, right and down per unit along the axis, shape (..., 2).
     """
     x, y = _landing(slopes[..., 0], -slopes[..., 1], design, lens, camera, z_mm)
     return np.stack([x, y], -1)
@@ -63,9 +55,6 @@ def face_landing_mm(slopes: Array, design: ElastomerDesign, lens: Lens, camera: 
     """Where rays from the pinhole meet the undeformed contact face, curved or not; arguments as above.
 
     Fixed point of the height at which a ray lands: rays are steep and faces are not, so that each step gains a digit.
-
-    Returns:
-        x and y in the sensor's frame, shape (..., 2) [mm].
     """
     found = landing_mm(slopes, design, lens, camera)
     if design.face is None:

@@ -122,11 +122,7 @@ def with_tier(settings: list[str] | None, tier: str | None) -> list[str]:
 
 
 def refuse_settings(settings: list[str] | None, command: str, why: str = "") -> None:
-    """Refuses `--set` with a command in which there is nothing to set.
-
-    Raises:
-        ConfigError: Something is set.
-    """
+    """Refuses (`ConfigError`) `--set` with a command in which there is nothing to set."""
     if settings:
         raise ConfigError(f"--set {settings[0]} is not allowed with {command}{why}")
 

@@ -14,11 +14,7 @@ IMAGE_BYTES, MASK_BYTES, DEPTH_BYTES, NODE_BYTES = 3, 1, 4, 12
 
 
 def check_memory(scene: SceneConfig) -> None:
-    """Refuses an episode whose frames and labels do not fit into memory, where all of them are until it is written.
-
-    Raises:
-        ConfigError: With what it would take and what there is.
-    """
+    """Refuses (`ConfigError`) an episode whose frames and labels, kept until it is written, do not fit into memory."""
     needed, there = episode_bytes(scene), memory_bytes()
     if there is not None and needed > there:
         camera, frames = scene.rig.camera, scene.references + scene.frame_count

@@ -18,11 +18,7 @@ from magicsim.sweep.sweep_file import SweepConfig
 
 
 def schema_of(kind: str) -> dict[str, Any]:
-    """JSON Schema of one kind of file, as `magicsim info schema` calls it: `design`, `scene`, ..., `item` or `real`.
-
-    Raises:
-        ConfigError: A kind of a distribution that is not installed.
-    """
+    """JSON Schema of one kind of file, as `magicsim info schema` calls it: `design`, `scene`, ..., `item` or `real`."""
     if kind in extensions(SCHEMAS):
         added: dict[str, Any] = extensions(SCHEMAS)[kind].load()()
         return added

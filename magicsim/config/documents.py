@@ -36,20 +36,12 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def read_json(path: Path) -> Any:  # noqa: ANN401 - whatever the file holds
-    """Parses a JSON file.
-
-    Raises:
-        ConfigError: Not readable, larger than `MAX_JSON_BYTES`, not UTF-8, not valid JSON, or nested too deeply.
-    """
+    """Parses a JSON file; a `ConfigError` says why not, as `read_toml` does."""
     return parse_json(_read(path, "JSON", MAX_JSON_BYTES), source=str(path))
 
 
 def parse_toml(text: str, *, source: str) -> dict[str, Any]:
-    """Parses a TOML text.
-
-    Raises:
-        ConfigError: Not valid TOML, or nested too deeply.
-    """
+    """Parses a TOML text; `ConfigError` where it is not valid, or nested too deeply."""
     if any(_has_long_key(line) for line in text.splitlines() if line.count(".") > MAX_DOTS):
         raise ConfigError(_too_deep(source))
     result: dict[str, Any] = _parsed(tomllib.loads, text, "TOML", source)
@@ -57,11 +49,7 @@ def parse_toml(text: str, *, source: str) -> dict[str, Any]:
 
 
 def parse_json(text: str, *, source: str) -> Any:  # noqa: ANN401 - whatever the text holds
-    """Parses a JSON text.
-
-    Raises:
-        ConfigError: Not valid JSON, or nested too deeply.
-    """
+    """Parses a JSON text; `ConfigError` where it is not valid, or nested too deeply."""
     return _parsed(json.loads, text, "JSON", source)
 
 

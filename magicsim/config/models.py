@@ -225,17 +225,7 @@ def read_whole(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
 
 
 def in_place(data: Mapping[str, Any], folder: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
-    """Content of a file with the design, the rig and the object that it names put in place, and with overrides.
-
-    Args:
-        data: What the file holds.
-        folder: Where it stands; a file that it names by path is looked for there first.
-        overrides: `dotted.key=value` settings.
-
-    Raises:
-        PresetError: What it names does not exist.
-        ConfigError: A file cannot be read, or an override has the wrong form.
-    """
+    """Content of a file, as `read_whole`, from what it holds and the folder where it stands."""
     named = {each: [one for one in overrides if one.partition("=")[0].strip() == each] for each in NAMED}
     result = dict(data)
     for kind, chosen in named.items():
@@ -252,9 +242,7 @@ def in_place(data: Mapping[str, Any], folder: Path, overrides: Sequence[str] = (
 def apply_overrides(data: Mapping[str, Any], overrides: Sequence[str]) -> dict[str, Any]:
     """Copy of nested tables with `dotted.key=value` settings put in; tables are made where they are missing.
 
-    Raises:
-        ConfigError: An override has no `=`, an empty key, goes through something that is not a table, or is nested too
-            deeply.
+    `ConfigError` where an override has no `=`, an empty key, goes through what is no table, or is nested too deeply.
     """
     result = {key: dict(value) if isinstance(value, Mapping) else value for key, value in data.items()}
     for override in overrides:
@@ -288,11 +276,7 @@ def _parse_value(text: str) -> object:
 
 
 def validate(model: type[ConfigT], data: Mapping[str, Any], *, source: str) -> ConfigT:
-    """Checks plain data against a model.
-
-    Raises:
-        ConfigError: One line about all problems.
-    """
+    """Checks plain data against a model; a `ConfigError` has all problems in one line."""
     try:
         return model.model_validate(data)
     except ValidationError as error:

@@ -29,11 +29,7 @@ MODEL_SUFFIX = ".touch"
 
 
 def read_with_paths(path: Path) -> dict[str, Any]:
-    """Content of a TOML file, the files that it names found beside it.
-
-    Raises:
-        ConfigError: The file cannot be read, see `read_toml`.
-    """
+    """Content of a TOML file, the files that it names found beside it; errors as of `read_toml`."""
     table: dict[str, Any] = _placed(read_toml(path), path.parent)
     return table
 
@@ -86,12 +82,9 @@ JOINED = re.compile(rb"\\\r?\n")
 
 
 def config_digest(data: Mapping[str, Any]) -> str:
-    """SHA-256 of a configuration and of the content of every file that it names.
+    """SHA-256 of a configuration as plain values and of the content of every file that it names.
 
     Without such files it is that of its JSON alone, keys sorted.
-
-    Args:
-        data: Resolved configuration as plain values, as `model_dump(mode="json")` gives it.
     """
     hashes = file_hashes(data)
     content = {**data, CONTENT: hashes} if hashes else data

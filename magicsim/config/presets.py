@@ -73,15 +73,7 @@ def _files(kind: str) -> dict[str, Path]:
 
 
 def find_preset(kind: str, name: str | Path) -> Path:
-    """Path of a preset by name, or of the user's own file by path.
-
-    Args:
-        kind: One of `preset_kinds`.
-        name: A shipped name such as `mini-magictac`, or a path to a TOML file.
-
-    Raises:
-        PresetError: Neither a shipped name nor a readable file.
-    """
+    """Path of a preset by its kind and shipped name, or of the user's own file by path; else a `PresetError`."""
     text = str(name)
     if text.endswith(".toml") or "/" in text or "\\" in text:
         path = expanded(text)
@@ -146,14 +138,7 @@ def plurals() -> dict[str, str]:
 
 
 def entries(plural: str) -> list[Entry]:
-    """The presets of one kind, sorted by name.
-
-    Args:
-        plural: A key of `plurals()`, such as `designs`.
-
-    Raises:
-        PresetError: No such kind.
-    """
+    """The presets of one kind, a key of `plurals()`, sorted by name; `PresetError` for another."""
     kinds = plurals()
     if plural not in kinds:
         is_added = plural in EXPERIMENTS

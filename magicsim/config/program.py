@@ -30,11 +30,7 @@ DIGITS = 16
 
 @cache
 def versions(*beside: str) -> dict[str, str]:
-    """Version of this program, digest of its sources, rooms and models, and versions of the libraries, by name.
-
-    Args:
-        beside: Other packages whose sources decide a result too, such as `magicsim_experiments`.
-    """
+    """Version, digest of sources, rooms and models, those of `beside` too, and versions of libraries, by name."""
     import magicsim
     from magicsim.kernels import package_hash
 

@@ -8,11 +8,7 @@ from magicsim.errors import ConfigError
 
 
 def check_number(name: str, value: float, low: float, high: float, *, whole: bool = False) -> None:
-    """Refuses a number outside of a range.
-
-    Raises:
-        ConfigError: It is not finite, not whole, or outside.
-    """
+    """Refuses (`ConfigError`) a number that is not finite, not whole where asked for, or outside of a range."""
     kind = "whole number" if whole else "number"
     if not is_number(value):
         msg = f"{name} = {value!r} is not allowed: must be a {kind} of at least {low:g} and at most {high:g}"
@@ -23,11 +19,7 @@ def check_number(name: str, value: float, low: float, high: float, *, whole: boo
 
 
 def check_vector(name: str, value: object, low: float, high: float, *, length: int = 3) -> None:
-    """Refuses what is no row of numbers in a range.
-
-    Raises:
-        ConfigError: There are more or fewer, or one is not finite or outside.
-    """
+    """Refuses (`ConfigError`) what is no row of so many finite numbers in a range."""
     parts = list(value) if isinstance(value, Iterable) and not isinstance(value, str) else []
     if len(parts) != length:
         raise ConfigError(f"{name} = {value!r} is not allowed: must be {length} numbers")

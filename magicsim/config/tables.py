@@ -35,11 +35,7 @@ class Line:
         return self.cells[name].strip()
 
     def number(self, name: str) -> float:
-        """A number; NaN where the cell is empty or says `nan`.
-
-        Raises:
-            ConfigError: Anything else, a decimal comma or an infinite number among it.
-        """
+        """A number, NaN where the cell is empty or says `nan`; `ConfigError` for all else or what is infinite."""
         text = self.text(name)
         if not text or text.lower() == "nan":
             return math.nan
@@ -50,22 +46,14 @@ class Line:
         return value
 
     def flag(self, name: str) -> bool | None:
-        """Whether it says 1 or true; None where it is empty.
-
-        Raises:
-            ConfigError: Anything but 0, 1, true and false.
-        """
+        """Whether it says 1 or true, None where it is empty; `ConfigError` for anything but 0, 1, true and false."""
         text = self.text(name).lower()
         if text not in _FLAGS:
             raise self._not_allowed(name, "0, 1, true, false or empty")
         return _FLAGS[text]
 
     def certain_flag(self, name: str) -> bool:
-        """Whether it says 1.
-
-        Raises:
-            ConfigError: Anything but 0 and 1.
-        """
+        """Whether it says 1; `ConfigError` for anything but 0 and 1."""
         if self.text(name) not in {"0", "1"}:
             raise self._not_allowed(name, "0 or 1")
         return self.text(name) == "1"
@@ -88,8 +76,7 @@ class Table:
     def lines(self, names: Iterable[str]) -> Iterator[Line]:
         """The lines after the heading, of which some columns are used.
 
-        Raises:
-            ConfigError: Such a column is there twice, or a line has more or fewer cells than the heading.
+        `ConfigError` where such a column is there twice, or a line has more or fewer cells than the heading.
         """
         for name in names:
             if self.heading.count(name) > 1:
@@ -105,11 +92,7 @@ class Table:
             yield Line(number_in_file=number, where=where, cells=dict(zip(self.heading, cells, strict=True)))
 
     def check_delimiter(self) -> None:
-        """For a heading without the names that are looked for: whether they are there with another delimiter.
-
-        Raises:
-            ConfigError: The heading is one cell that holds such a one, or a comment.
-        """
+        """Refuses (`ConfigError`) a heading of one cell that has another delimiter, for which names are not found."""
         if self.heading and self.heading[0].startswith("#"):
             raise ConfigError(f"{self.path}: the first line is a comment; must be the names of the columns")
         for mark, name in _OTHER_DELIMITERS.items():
@@ -118,11 +101,7 @@ class Table:
 
 
 def read_table(path: Path) -> Table:
-    """Reads a table.
-
-    Raises:
-        ConfigError: It cannot be read, is too large, is not in UTF-8, or has quotes that do not close.
-    """
+    """Reads a table; `ConfigError` where it is unreadable, too large, not UTF-8, or its quotes do not close."""
     try:
         size = path.stat().st_size
         if size > MOST_BYTES:

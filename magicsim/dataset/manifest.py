@@ -93,11 +93,7 @@ read_manifest = FOLDER.read_index
 
 
 def check_size(folder: Path, name: str, listed: Listed) -> None:
-    """Refuses a file that is missing or is longer or shorter than its manifest lists, without reading it.
-
-    Raises:
-        OutputError: It names the file.
-    """
+    """Refuses (`OutputError`) a file that is missing or has another size than its manifest lists, unread."""
     path = folder / name
     if not path.is_file():
         raise OutputError(f"'{path}' is missing, and {MANIFEST} lists it: put it back, or make the dataset again")
@@ -106,11 +102,7 @@ def check_size(folder: Path, name: str, listed: Listed) -> None:
 
 
 def listed_content(folder: Path, name: str, listed: Listed) -> bytes:
-    """Content of a file, which must be what the manifest lists.
-
-    Raises:
-        OutputError: It is missing, cannot be read, or has changed; the message names it.
-    """
+    """Content of a file; an `OutputError` names it where it is missing, unreadable, or not what the manifest lists."""
     check_size(folder, name, listed)
     path = folder / name
     try:
@@ -143,11 +135,7 @@ class Recorded(Config):
 
 
 def read_recorded(folder: Path) -> Recorded | None:
-    """The facts of a folder of recorded frames; None of simulated ones.
-
-    Raises:
-        OutputError: It is not what this version writes.
-    """
+    """The facts of a folder of recorded frames (`OutputError` unless this version's); None of simulated ones."""
     path = folder / RECORDED
     if not path.is_file():
         return None

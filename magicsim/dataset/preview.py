@@ -66,17 +66,9 @@ class Preview:
 
 
 def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions) -> Preview:
-    """Renders the most telling frame of some episodes, evenly spread, and writes sheet and statistics.
+    """Renders the most telling frame of some episodes, evenly spread, and writes `preview.png` and `preview.json`.
 
-    Args:
-        recipe: What to look at.
-        out: Folder for `preview.png` and `preview.json`; may hold a dataset.
-        count: How many episodes.
-        options: Where to compute.
-
-    Raises:
-        ConfigError: Drawn values are not allowed together.
-        OutputError: The folder cannot be written.
+    The folder may hold a dataset; an `OutputError` says that it cannot be written.
     """
     start = time.perf_counter()
     check_preview(out)
@@ -112,11 +104,7 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
 
 
 def preview_frame(scenes: tuple[DrawnEpisode, SceneConfig]) -> Frame:
-    """The coarse frame of one episode as a screen shows it, shape (rows, columns, 3).
-
-    Args:
-        scenes: An episode with the scene to render, and the untouched sensor that its exposure is metered on.
-    """
+    """The coarse frame of one episode as a screen shows it, shape (rows, columns, 3)."""
     from magicsim.camera.exposure import expose, meter
 
     episode, metering = scenes
@@ -269,11 +257,7 @@ def _coarse(data: dict[str, Any]) -> SceneConfig:
 
 
 def check_preview(out: Path) -> None:
-    """Refuses to replace a picture or a file of that name that magicsim did not write.
-
-    Raises:
-        OutputError: It names them, or the folder cannot be read.
-    """
+    """Refuses (`OutputError`) to replace a picture or a file of that name that magicsim did not write."""
     with output_errors(out):
         refuse_foreign(out, changed_preview(out))
 
@@ -290,11 +274,7 @@ def changed_preview(out: Path) -> list[str]:
 
 
 def write_preview(out: Path, sheet: bytes, statistics: Mapping[str, Any]) -> None:
-    """Writes both files, each whole or not at all.
-
-    Raises:
-        OutputError: They cannot be written, or would replace something that magicsim did not write.
-    """
+    """Writes both files, each whole or not at all, or raises an `OutputError`, see `check_preview`."""
     check_preview(out)
     hashes = [hashlib.sha256(sheet).hexdigest()]
     if (out / SHEET).exists():

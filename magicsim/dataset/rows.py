@@ -96,15 +96,7 @@ def episode_table(
     columns: list[Column],
     constants: dict[str, Any],
 ) -> pa.Table:
-    """One row a frame.
-
-    Args:
-        frames: In order, references first.
-        scene: What was simulated.
-        calibration: Of the sensor that it was simulated on.
-        columns: Which columns, in order.
-        constants: Columns that are the same in every row, drawn values under their names.
-    """
+    """One row a frame, references first; constants are columns of one value."""
     rows = [row | constants for row in frame_rows(frames, scene, calibration)]
     for column in columns:
         if rows and column.name not in rows[0] and not column.name.startswith(DRAWN):
@@ -202,14 +194,7 @@ class SampleTask:
 
 
 def simulate_sample(task: SampleTask) -> bytes:
-    """Simulates one episode.
-
-    Returns:
-        A Parquet file with one row a frame.
-
-    Raises:
-        MagicsimError: The episode has no valid answer, and trying again would not help.
-    """
+    """Simulates one episode: a Parquet file with one row a frame; trying again would not help against an error."""
     episode, known = at_force(task.episode)
     scene = episode.scene
     sensor = Sensor.for_scene(scene, untouched=shared_states())
@@ -228,11 +213,7 @@ def nominal_calibration(recipe: Recipe) -> bytes:
 
 
 def sensors_table(sensors: Sequence[DrawnSensor]) -> bytes:
-    """A Parquet file with one row a sensor; a few sensors are in memory at a time.
-
-    Raises:
-        GeometryError: A drawn design cannot be built.
-    """
+    """A Parquet file with one row a sensor; a few sensors are in memory at a time."""
     names = sorted({name for sensor in sensors for name in sensor.values})
     columns: list[Column] = [
         value("sensor", "int32", "number of the sensor"),

@@ -104,11 +104,7 @@ NOT_REPEATED = frozenset({*SPLIT_STREAMS, "image.bytes", "contact_mask.bytes"})
 
 
 def write_rows(target: Path | io.BytesIO, tables: Iterable[pa.Table], schema: pa.Schema) -> int:
-    """Writes tables of one schema as a Parquet file; the bytes depend on their content alone.
-
-    Returns:
-        Number of rows.
-    """
+    """Writes tables of one schema as a Parquet file, and counts rows; the bytes depend on their content alone."""
     leaves = [column.path for column in _leaves(schema)]
     rows = 0
     with pq.ParquetWriter(
@@ -163,11 +159,7 @@ def read_episodes(path: Path, wanted: set[int]) -> Iterator[tuple[int, pa.Table]
 
 
 def read_shard(folder: Path, entry: ShardEntry, schema: pa.Schema) -> pa.Table:
-    """Rows of a finished shard, whose bytes must be those that the manifest lists.
-
-    Raises:
-        OutputError: It is missing, has changed, or holds other rows or columns; the message names it.
-    """
+    """Rows of a finished shard; an `OutputError` names it where its bytes are not those that the manifest lists."""
     content = listed_content(folder, entry.file, entry.listed)
     try:
         with pq.ParquetFile(pa.BufferReader(content)) as file:

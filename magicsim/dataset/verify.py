@@ -47,11 +47,7 @@ class Verification:
 
 
 def verify_dataset(folder: Path) -> Verification:
-    """Reads everything.
-
-    Raises:
-        OutputError: The folder holds no dataset.
-    """
+    """Reads everything; `OutputError` where the folder holds no dataset."""
     manifest = read_manifest(folder)
     if manifest is None:
         raise OutputError(f"'{folder}' holds no dataset: {MANIFEST} is missing")

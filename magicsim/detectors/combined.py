@@ -198,11 +198,7 @@ def step_stream(
 
 
 def detect_from_start(frames: Iterable[npt.ArrayLike], profile: DetectorProfile) -> Iterator[Verdict]:
-    """Verdicts of a stream after its first `profile.reference_count` frames, which show the untouched sensor.
-
-    Raises:
-        FrameError: As `step_stream`, at the frame that is wrong.
-    """
+    """Verdicts of a stream after its first `profile.reference_count` frames, which show the untouched sensor."""
     state = start_stream()
     for frame in frames:
         state, verdict = step_stream(state, frame, profile)

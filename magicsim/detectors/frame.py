@@ -11,16 +11,7 @@ Frame = npt.NDArray[np.uint8]
 
 
 def check_frame(frame: npt.ArrayLike, *, shape: tuple[int, ...] | None = None) -> Frame:
-    """Return the image as a contiguous frame, or say in one line why it cannot be one.
-
-    Args:
-        frame: What should be an RGB image, shape (rows, columns, 3), uint8.
-        shape: The shape that it must have, usually the reference's; any size when left out.
-
-    Raises:
-        FrameError: Wrong number of axes or channels, no pixels, wrong type, values that are not finite, or
-            another size than `shape`.
-    """
+    """An RGB image as a contiguous frame, of a shape where one is given; a `FrameError` says why it cannot be one."""
     array = np.asarray(frame)
     if array.ndim != len(("rows", "columns", "channels")) or array.shape[2] != len(CHANNELS):
         raise FrameError(f"frame has shape {array.shape}; must be (rows, columns, 3) in RGB order")

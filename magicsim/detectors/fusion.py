@@ -133,9 +133,6 @@ def fuse_grid(
 
     b is 1 where `grid_mask` sees the grid. With `majority` G_ref is 1 where that average is above one half, else 0.
     There are 1 to 255 frames of one shape (rows, columns, 3); options are those of a profile.
-
-    Raises:
-        FrameError: No channel of any frame shows the grid; a similarity to nothing has no meaning.
     """
     counts = np.zeros(frames[0].shape, dtype=np.uint8)
     for frame in frames:

@@ -119,10 +119,8 @@ def fuse_source(reference: str | Path, profile: DetectorProfile) -> tuple[Refere
 def told_of_references(untouched: Sequence[Frame], said: Sequence[tuple[str, str]]) -> Iterator[str]:
     """One line for each way in which frames are no references: black, coloured, drifting, or not untouched.
 
-    Args:
-        untouched: Frames that should show the untouched sensor, each (rows, columns, 3).
-        said: Verdicts on proximity and, with everything known taken into account, on contact of each, see `said_of`;
-            none where nobody judges them.
+    `untouched` are RGB frames; `said` are verdicts on proximity and, with everything known, on contact of each
+    (`said_of`), none where nobody judges them.
     """
     yield from _told_of_looks(untouched)
     odd = [number for number, each in enumerate(said) if each != (Proximity.NORMAL, Contact.UNTOUCHED)]

@@ -36,15 +36,7 @@ def after(first: Turn, then: Turn) -> Turn:
 
 
 def better_changes(images: Sequence[Pixels], other: Pixels) -> list[Change]:
-    """Changes with which images are much more like another one, all that fit alike, the best first.
-
-    Args:
-        images: RGB, shape (rows, columns, 3), of one size and orientation.
-        other: The same of the same sensor, of any size.
-
-    Returns:
-        None of them where the images fit as they are, or in no way.
-    """
+    """Changes with which images are much more like another one of any size, the best first; none where they fit."""
     scored = {
         (turn, exchanged): float(
             np.mean([_correlation(turned(each[..., ::-1] if exchanged else each, turn), other) for each in images])
@@ -68,12 +60,7 @@ def told_change(change: Change) -> str:
 
 
 def turned_against(references: Pixels, frames: Sequence[Pixels]) -> str | None:
-    """One line where frames are turned against the references of their own sensor; None where they are not.
-
-    Args:
-        references: Mean or one of the frames of the untouched sensor, shape (rows, columns, 3).
-        frames: Some of the others, of the same shape.
-    """
+    """One line where frames are turned against the references of their own sensor; None where they are not."""
     found = better_changes(frames, references)
     if not found:
         return None

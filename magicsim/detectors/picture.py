@@ -77,11 +77,7 @@ def read_image(path: str | Path, remark: Remark = unheard) -> Frame:
 
 
 def read_pictures(path: Path, remark: Remark = unheard) -> list[Callable[[], Frame]]:
-    """What makes each picture of an image file, as `read_image` makes one, in order.
-
-    Raises:
-        FrameError: The file cannot be read; what makes a picture raises what else `read_image` does.
-    """
+    """What makes each picture of an image file, as `read_image` makes one, in order."""
     if not _may_hold_several(path):
         return [partial(read_image, path, remark)]
     content = _content(path)

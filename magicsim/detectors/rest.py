@@ -191,11 +191,7 @@ def fuse(frames: Iterable[Frame], profile: DetectorProfile) -> References:
 
 
 def _rest_references(frames: Sequence[Frame], profile: DetectorProfile) -> References:
-    """References in units of rest from frames of the untouched sensor, see `fuse`.
-
-    Raises:
-        FrameError: Fewer than three frames: nothing is known of what rest does.
-    """
+    """References in units of rest from at least three frames of the untouched sensor (`FrameError`), see `fuse`."""
     if len(frames) < THIRDS:
         raise FrameError(f"{len(frames)} reference frame(s) are too few for units = 'rest'; must be at least {THIRDS}")
     rest = Rest.of(frames, profile)

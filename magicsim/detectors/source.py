@@ -56,8 +56,7 @@ Shots = Generator[Shot, None, None]
 def source_kind(source: str | Path) -> SourceKind:
     """What the source is. A whole number is a camera's index, unless a file or folder has that name.
 
-    Raises:
-        ConfigError: It does not exist, or is a file of an unknown kind.
+    `ConfigError` where it does not exist, or is a file of an unknown kind.
     """
     path = expanded(source)
     if is_folder(path):
@@ -152,9 +151,8 @@ _DECIMAL = re.compile(r"\d[.,]\d")
 def image_files(folder: Path, remark: Remark) -> list[Path]:
     """Images of a folder by the numbers in their names: `frame_2.png` comes before `frame_10.png`.
 
-    Raises:
-        ConfigError: There is none, or one is a link to nothing, two have one name with two endings, or numbers with a
-            decimal point do not tell which order is meant.
+    `ConfigError` where there is none, one is a link to nothing, two have one name with two endings, or numbers with a
+    decimal point do not tell which order is meant.
     """
     hidden = sorted(each.name for each in _named_images(folder) if each.name.startswith(HIDDEN))
     if hidden:
@@ -211,11 +209,7 @@ def is_numbered(stems: Sequence[str]) -> bool:
 
 
 def image_path(folder: Path, name: str) -> Path | None:
-    """File that a table means by a name, whose ending may be missing; None where there is none.
-
-    Raises:
-        ConfigError: There are several of that name with other endings.
-    """
+    """File that a table means by a name without its ending, or None; `ConfigError` where there are several."""
     candidates = [folder / name]
     if Path(name).suffix.lower() not in IMAGE_SUFFIXES:
         candidates += [folder / f"{name}{ending}" for ending in IMAGE_SUFFIXES]

@@ -165,9 +165,7 @@ def fit_widths(profile: DetectorProfile, episodes: Sequence[Episode]) -> Detecto
     Entropy tells Near and Light frames from Clear ones, correlation Light from Near and Contact ones, and similarity
     Contact frames from all others, Noise left out.
 
-    Raises:
-        ConfigError: A class without frames, or the references show no grid.
-        FrameError: A frame cannot be used.
+    `ConfigError` where a class has no frames, or references show no grid.
     """
     labels = np.array(scored_classes(episodes), dtype=object)
     clear, near, contact, light = (labels == each for each in FrameClass)

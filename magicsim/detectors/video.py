@@ -45,10 +45,8 @@ class VideoFrame:
 def open_video(path: Path, remark: Remark | None = None) -> Generator[VideoFrame, None, None]:
     """Frames of a video file, one at a time, upright as its track says.
 
-    Args:
-        path: Video file.
-        remark: Hears at once that frames are turned or that the codec loses detail, and at the end that the file
-            promised more frames; the log by default.
+    `remark` hears at once that frames are turned or that the codec loses detail, and at the end that the file promised
+    more frames; the log by default.
 
     Raises:
         FrameError: The file cannot be opened, has frames that are too large, or holds none that can be decoded; raised
@@ -99,8 +97,7 @@ def _four_characters(code: float) -> str:
 def read_camera(index: int) -> Generator[Frame, None, None]:
     """Frames of a camera as RGB, without end; opened with the first frame, released when closed.
 
-    Raises:
-        FrameError: There is no such camera, or it stops giving frames.
+    `FrameError` where there is no such camera, or it stops giving frames.
     """
     capture = _capture(index)
     try:

@@ -99,11 +99,7 @@ def is_held_out(number: int) -> bool:
 
 
 def render_example(task: ExampleTask) -> bytes:
-    """Renders one episode's touches.
-
-    Raises:
-        MagicsimError: The episode has no valid answer.
-    """
+    """Renders one episode's touches; a `MagicsimError` where it has no valid answer."""
     scene = at_force(task.episode)[0].scene
     sensor = Sensor.for_scene(scene, untouched=shared_states())
     rest = sensor.radiance(UNTOUCHED, sensor.rest)

@@ -17,11 +17,7 @@ MISSING = "distil needs PyTorch and ONNX: pip install 'magicsim[distil]'"
 
 
 def find_torch() -> Any:  # noqa: ANN401 - a module that may be missing
-    """PyTorch, which trains alone; a finished model runs without it.
-
-    Raises:
-        ConfigError: It is not installed.
-    """
+    """PyTorch, which trains alone and must be installed (`ConfigError`); a finished model runs without it."""
     try:
         import torch
     except ImportError:
@@ -78,11 +74,7 @@ def build_network(channels: int, widths: tuple[int, ...] = WIDTHS) -> "torch.nn.
 
 
 def to_onnx(network: "torch.nn.Module") -> bytes:
-    """The network for OpenCV's reader.
-
-    Raises:
-        ConfigError: ONNX is not installed.
-    """
+    """The network for OpenCV's reader; `ConfigError` where ONNX is not installed."""
     try:
         from onnx import TensorProto, helper, numpy_helper
     except ImportError:

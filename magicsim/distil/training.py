@@ -95,14 +95,7 @@ class Library:
 def train(
     library: Library, settings: Training, ledger: Ledger, progress: Callable[[int, int, float], None]
 ) -> "torch.nn.Module":
-    """The trained network.
-
-    Args:
-        library: What to learn from.
-        settings: How long and how fast.
-        ledger: Of the folder that holds the checkpoint and the figures.
-        progress: Told after some steps: how many, of how many, and the mean loss.
-    """
+    """The trained network; checkpoint and figures are in the ledger's folder, `progress` is told steps and loss."""
     torch = find_torch()
     channels = library.batch(1, np.random.default_rng(0))[0].shape[1]
     torch.manual_seed(settings.seed)

@@ -49,8 +49,7 @@ def answers_to(
 ) -> tuple[list[Detection], list[float]]:
     """Answers of a new detector to frames in order, and the time of each [s].
 
-    Raises:
-        ConfigError: It raises, an answer is missing or wrong, or it changes its references.
+    `ConfigError` where it raises, an answer is missing or wrong, or it changes its references.
     """
     before = SeenFrames(references).seen.digest
     detector = fitted(make, references, who=who)
@@ -93,8 +92,7 @@ class SeenFrames:
 def check_detection(said: object, *, who: str) -> Detection:
     """A plug-in's answer, checked.
 
-    Raises:
-        ConfigError: One of the first four fields is missing, a verdict unknown, or a score not a finite number.
+    `ConfigError` where one of the first four fields is missing, a verdict unknown, or a score not a finite number.
     """
     values: dict[str, Any] = {name: _number(getattr(said, name, None)) for name in FEATURES}
     for field in ("proximity", "contact", "approach", "touch"):
@@ -172,8 +170,7 @@ MOST_FRAMES = 120
 def check_order(footage: Footage, make: MakeDetector, *, who: str) -> None:
     """Tries a detector on an episode's frames in their order and in another.
 
-    Raises:
-        ConfigError: It says other things of the first frames, or the same of others that came backwards.
+    `ConfigError` where it says other things of the first frames, or the same of others that came backwards.
     """
     references = list(footage.images.references())
     frames = list(islice(footage.images.frames(), MOST_FRAMES))

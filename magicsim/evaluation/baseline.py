@@ -85,11 +85,7 @@ def save_baseline(path: Path, episodes: Sequence[JudgedEpisode], *, suite: str, 
 
 
 def load_baseline(path: Path) -> Baseline:
-    """Reads what `save_baseline` wrote.
-
-    Raises:
-        ConfigError: Not readable, not a baseline, or of another format.
-    """
+    """Reads what `save_baseline` wrote; `ConfigError` where it is not readable, or of another format."""
     try:
         content = read_json(path)
     except ConfigError as error:
@@ -213,15 +209,8 @@ def set_beside(
 ) -> Comparison:
     """An evaluation beside a baseline.
 
-    Args:
-        baseline: What to compare with.
-        episodes: What is said now.
-        suite: Name of the present suite.
-        detector: Name of the present detector; scores are compared where it is the baseline's.
-        seed: Of the exchanges.
-
-    Raises:
-        ConfigError: No episode in common, or none with the same frames where the baseline is of another suite.
+    Scores are compared where the detector is the baseline's; `seed` is that of the exchanges. `ConfigError` where no
+    episode is in common, or none with the same frames and the baseline is of another suite.
     """
     alike: list[Pair] = []
     changed: list[Pair] = []

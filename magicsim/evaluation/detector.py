@@ -87,11 +87,7 @@ class ProfileDetector:
 
 
 def built_in(profile: str | Path, *, is_coated: bool = False) -> MakeDetector:
-    """Makes built-in detectors with a profile, for a sensor with an opaque coat where it has one.
-
-    Raises:
-        PresetError: No such profile.
-    """
+    """Makes built-in detectors with a profile, for a sensor with an opaque coat where it has one."""
     loaded = load_profile(profile)
     return lambda: ProfileDetector(loaded, is_coated=is_coated)
 
@@ -101,12 +97,7 @@ ENTRY_POINTS = "magicsim.detectors"
 
 
 def detector_by(detector: str | MakeDetector) -> MakeDetector:
-    """The maker of a detector, from its class, the name of a profile, or a name as `find_detector` takes it.
-
-    Raises:
-        ConfigError: Nothing there, or not a detector.
-        PresetError: No such profile.
-    """
+    """The maker of a detector, from its class, the name of a profile, or a name as `find_detector` takes it."""
     if not isinstance(detector, str):
         return lambda: _made(getattr(detector, "__name__", "given"), detector)
     if detector in preset_names("profile") or detector.endswith(".toml"):
@@ -118,10 +109,6 @@ def named_detector(name: str | None, *, profile: str, is_coated: bool = False) -
     """A plug-in by its name as `find_detector` takes it, or without one the built-in detectors with a profile.
 
     Behind an opaque coat a built-in detector is not asked what is near.
-
-    Raises:
-        ConfigError: Nothing there, or not a detector.
-        PresetError: No such profile.
     """
     return built_in(profile, is_coated=is_coated) if name is None else find_detector(name)
 
@@ -129,8 +116,7 @@ def named_detector(name: str | None, *, profile: str, is_coated: bool = False) -
 def find_detector(name: str) -> MakeDetector:
     """A plug-in by `module:Class`, by `path/to/file.py:Class`, or by the name of an entry point.
 
-    Raises:
-        ConfigError: Nothing there, or not a detector.
+    `ConfigError` where nothing is there, or it is not a detector.
     """
     module_name, separator, attribute = name.rpartition(":")
     if not separator:
@@ -171,11 +157,9 @@ Returned = TypeVar("Returned")
 
 
 def tried(call: Callable[[], Returned], problem: str) -> Returned:
-    """The result of a call of somebody else's code.
+    """The result of a call of somebody else's code, whose `MagicsimError` is raised as it is.
 
-    Raises:
-        MagicsimError: As the call raised it.
-        ConfigError: For anything else, also where the call ends the program: the problem, what was said, and where.
+    `ConfigError` for anything else, also where the call ends the program: the problem, what was said, and where.
     """
     try:
         return call()

@@ -83,15 +83,10 @@ def is_existing(folder: Path) -> bool:
 
 
 def read_existing(folder: Path, *, frames_per_second: float) -> Existing:
-    """The labelled episodes of a folder, whose images are read when they are asked for.
+    """The episodes of a run, a dataset or a labelled recording, whose images are read when they are asked for.
 
-    Args:
-        folder: A run of `simulate`, a dataset, or a recording with `truth.csv` or `labels.csv`.
-        frames_per_second: Rate of recorded frames whose own is not known [1/s].
-
-    Raises:
-        ConfigError: None of these, or frames without references to learn from.
-        OutputError: A dataset that is not finished.
+    `ConfigError` where it is none of these or has no references to learn from, `OutputError` where a dataset is not
+    finished.
     """
     if (folder / RUN).is_file():
         scene = validate(SceneConfig, read_with_paths(folder / MARKER), source=MARKER)
@@ -115,12 +110,7 @@ def read_existing(folder: Path, *, frames_per_second: float) -> Existing:
 
 
 def existing_footage(folder: Path, suite: SuiteConfig) -> tuple[SuiteConfig, list[Footage]]:
-    """The labelled episodes in a folder, and the suite that stands for them: its options, on their sensor.
-
-    Raises:
-        ConfigError: None of these, or frames without references to learn from.
-        OutputError: A dataset that is not finished.
-    """
+    """The labelled episodes of `read_existing`, and the suite that stands for them: its options, on their sensor."""
     existing = read_existing(folder, frames_per_second=suite.frames_per_second)
     kept = (SuiteRecording(name=RECORDING, folder=str(folder)),) if not existing.sensor else ()
     emptied: dict[str, Any] = dict.fromkeys(("objects", "paths", "lights", "episodes"), ())

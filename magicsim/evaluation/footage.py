@@ -120,11 +120,7 @@ def footage_of(case: Case, take: Take, suite: SuiteConfig) -> list[Footage]:
 
 
 def read_recordings(suite: SuiteConfig) -> list[Footage]:
-    """The recorded episodes of a suite.
-
-    Raises:
-        ConfigError: A folder or its table is not as `magicsim.judge.recorded` says.
-    """
+    """The recorded episodes of a suite, as `magicsim.judge.recorded` has them."""
     return [
         recorded_footage(
             read_recording(Path(each.folder)),

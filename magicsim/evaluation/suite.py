@@ -181,11 +181,7 @@ class SuiteConfig(Config):
     recordings: tuple[SuiteRecording, ...] = ()
 
     def sensor(self, place: SuitePlace) -> tuple[ElastomerDesign, Rig]:
-        """Block and rig of a place.
-
-        Raises:
-            ConfigError: A setting is not allowed.
-        """
+        """Block and rig of a place; `ConfigError` where a setting is not allowed."""
         return _sensor_of(self.design, self.rig, place)
 
     def _problems(self) -> Iterator[str | None]:
@@ -254,11 +250,7 @@ def load_suite(name: str | Path, overrides: Sequence[str] = (), *, seed: int | N
 
 
 def refuse_settings_of_frames(settings: Sequence[str]) -> None:
-    """Refuses settings that frames which come with the program cannot follow.
-
-    Raises:
-        ConfigError: It names the first one.
-    """
+    """Refuses (`ConfigError`) settings that frames which come with the program cannot follow."""
     for key in (each.partition("=")[0].strip() for each in settings):
         if key not in SETTINGS_OF_QUICK:
             raise ConfigError(

@@ -45,11 +45,7 @@ class Constant:
         return float(self.low + share * (self.high - self.low))
 
     def share(self, value: float) -> float:
-        """Where in the range a value lies; the inverse of `at`.
-
-        Raises:
-            ConfigError: Outside the range.
-        """
+        """Where in the range a value lies, the inverse of `at`; `ConfigError` outside of it."""
         if not self.low <= value <= self.high:
             msg = f"{self.path} = {value:g} is not allowed: must be in its assumed range, {self.low:g} to {self.high:g}"
             raise ConfigError(msg)
@@ -88,11 +84,7 @@ a reduced coefficient, sigma_s (1 - g)."""
 
 
 def constants_named(names: Sequence[str]) -> dict[str, Constant]:
-    """Some of `CONSTANTS`.
-
-    Raises:
-        ConfigError: An unknown name, or one that is given twice.
-    """
+    """Some of `CONSTANTS`; `ConfigError` for an unknown name, or one that is given twice."""
     for name in names:
         if name not in CONSTANTS:
             raise ConfigError(unknown_choice("constant", name, CONSTANTS))
@@ -102,11 +94,7 @@ def constants_named(names: Sequence[str]) -> dict[str, Constant]:
 
 
 def with_values(scene: SceneConfig, values: Mapping[str, object]) -> SceneConfig:
-    """A scene with other values.
-
-    Raises:
-        ConfigError: No such field, or a value that it does not allow.
-    """
+    """A scene with other values; `ConfigError` where a field is missing or does not allow its value."""
     data = scene.model_dump(mode="json")
     for path, value in values.items():
         _put(data, path.split("."), value, path)
@@ -114,11 +102,7 @@ def with_values(scene: SceneConfig, values: Mapping[str, object]) -> SceneConfig
 
 
 def value_of(scene: SceneConfig, path: str) -> float:
-    """The number that a scene has at a dotted field, of a list's entries the first.
-
-    Raises:
-        ConfigError: No such field.
-    """
+    """The number that a scene has at a dotted field, of a list's entries the first; `ConfigError` without one."""
     found: Any = scene.model_dump(mode="json")
     for part in path.split("."):
         if part == EVERY and isinstance(found, list) and found:

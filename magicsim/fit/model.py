@@ -28,11 +28,7 @@ class Equilibria:
     _solved: dict[tuple[str, FrameState], Deformation] = field(default_factory=dict)
 
     def of(self, sensor: Sensor, state: FrameState) -> Deformation:
-        """Equilibrium of a sensor in a state, from rest.
-
-        Raises:
-            ConvergenceError: No valid equilibrium was found.
-        """
+        """Equilibrium of a sensor in a state, from rest."""
         if not state.can_touch:
             return sensor.rest
         optics = {"materials": {"body": _OPTICAL_FIELDS, "infill": _OPTICAL_FIELDS}}
@@ -61,11 +57,7 @@ class Comparison:
 
 
 def observed_states(scene: SceneConfig, observations: Sequence[Observation]) -> list[FrameState]:
-    """States that the observations show.
-
-    Raises:
-        ConfigError: The scene has no such frame.
-    """
+    """States that the observations show; `ConfigError` where the scene has no such frame."""
     states = timeline(scene)
     for each in observations:
         if each.frame is not None and not 0 <= each.frame < len(states):

@@ -46,11 +46,7 @@ class Observation:
 def observe(
     frames: Sequence[Frame], camera: Camera, *, frame: int | None = None, source: str = "frames"
 ) -> Observation:
-    """Averages frames.
-
-    Raises:
-        FrameError: Another size, or too many saturated pixels.
-    """
+    """Averages frames; `FrameError` where one has another size, or too many saturated pixels."""
     shape = (camera.window.rows, camera.window.columns, 3)
     for each in frames:
         if each.shape != shape:
@@ -68,12 +64,7 @@ def observe(
 
 
 def read_observation(source: str | Path, camera: Camera, *, frame: int | None = None) -> Observation:
-    """Frames of a file, a folder, a video or a dataset.
-
-    Raises:
-        ConfigError: No such source or episode, or a camera, which cannot be read again.
-        FrameError: An image cannot be used.
-    """
+    """Frames of a file, folder, video or dataset; `ConfigError` where there are none, or of a camera."""
     folder, separator, episode = str(source).rpartition(":")
     if separator and (Path(folder) / MANIFEST).is_file():
         return observe(_episode_images(Path(folder), episode), camera, frame=frame, source=str(source))

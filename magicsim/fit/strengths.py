@@ -23,11 +23,7 @@ LEAST_PIXELS = 4
 
 
 def check_blocks(blocks: tuple[int, int], *, rows: int, columns: int) -> None:
-    """Refuses blocks that are too small to hold a spread.
-
-    Raises:
-        ConfigError: Less than one block, or blocks of fewer than `LEAST_PIXELS` pixels.
-    """
+    """Refuses (`ConfigError`) less than one block, or blocks of fewer than `LEAST_PIXELS` pixels."""
     if min(blocks) < 1 or rows // blocks[0] < LEAST_PIXELS or columns // blocks[1] < LEAST_PIXELS:
         raise ConfigError(
             f"blocks = {blocks[0]}x{blocks[1]} is not allowed: must be 1x1 to {rows // LEAST_PIXELS}x"

@@ -36,12 +36,7 @@ class Ledger:
     """The files of one growing folder; its writer has the folder's lock."""
 
     def __init__(self, out: Path, known: Mapping[str, Listed]) -> None:
-        """Takes up what an earlier run has written, and removes what it had not finished.
-
-        Args:
-            out: The folder.
-            known: What the folder's index lists, by name below the folder.
-        """
+        """Takes up what an earlier run has written, and removes what it had not finished."""
         self.out = out
         self._journal = out / WORK / JOURNAL
         self._written: dict[str, list[Listed]] = {name: [each] for name, each in known.items()}

@@ -151,14 +151,8 @@ def check_place(target: Path) -> None:
 def check_writable(target: Path, working: Path) -> None:
     """Refuses a place where nothing can be made; a folder is made there for a moment, and nothing stays.
 
-    Args:
-        target: File or folder that will stand there in the end.
-        working: What will be made first: beside the target or in it; its folders may be missing.
-
-    Raises:
-        OutputError: Something above the target is a file, or a folder that may not be written.
-        OSError: A name is too long, leads through links in a circle, or nothing can be made there.
-        UnicodeEncodeError: A name is no text.
+    `working` is what will be made first, beside the target or in it. `OutputError` where something above it is a file
+    or may not be written, other errors as the system has them of names.
     """
     str(working).encode()  # bytes that are no text, which many libraries refuse
     place, missing = working.parent, [working.name]
@@ -181,9 +175,7 @@ def check_writable(target: Path, working: Path) -> None:
 def names_in(folder: Path) -> list[str]:
     """Names in an output folder but for its lock; none where there is no folder yet.
 
-    Raises:
-        OutputError: It is a file, or something above it is.
-        OSError: It cannot be read, such as a loop of links.
+    `OutputError` where it is a file, or something above it is; `OSError` where it cannot be read.
     """
     try:
         return [name for name in os.listdir(folder) if not is_lock(name)]

@@ -56,11 +56,7 @@ class Elastomer:
 
     @property
     def boxed_cells(self) -> SurfaceMesh:
-        """The infill as its box has it.
-
-        Raises:
-            GeometryError: There is no grid.
-        """
+        """The infill as its box has it; `GeometryError` without a grid."""
         if self.infill is None:
             raise GeometryError("cell_mm = 0: a block without a grid has no cells")
         if self.design.face is None:
@@ -79,8 +75,7 @@ def build_elastomer(design: ElastomerDesign, *, facet_mm: float = FACET_MM) -> E
 
     The edges of the contact face are split to `facet_mm`; cells no larger than this stay whole.
 
-    Raises:
-        GeometryError: The grid does not fit, or a mesh is not watertight or has the wrong volume.
+    `GeometryError` where the grid does not fit, or a mesh is not watertight or has the wrong volume.
     """
     grid = resolve_grid(design)
     body = _block(design, facet_mm)
@@ -158,11 +153,7 @@ def refined_face(mesh: SurfaceMesh, is_face: Mask, parts: int) -> SurfaceMesh:
     to the light. Every triangle of the face becomes a triangular lattice of smaller ones; triangles that stand on its
     rim become fans over the divided edge, so that the mesh stays closed. The vertices of `mesh` come first.
 
-    Args:
-        mesh: Closed mesh.
-        is_face: Which vertices lie on the face, its rim included, shape (vertices,); triangles beside it have two of
-            them at most.
-        parts: At least 1.
+    Triangles beside the face have two of its vertices at most.
     """
     if parts == 1:
         return mesh

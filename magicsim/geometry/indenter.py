@@ -25,11 +25,7 @@ class Indenter:
     pose: Pose
 
     def distance(self, points: Array) -> tuple[Array, Array]:
-        """Signed distance, shape (count,) [mm], and outward unit normal in the sensor's frame, shape (count, 3).
-
-        Args:
-            points: Positions in the sensor's frame, shape (count, 3) [mm].
-        """
+        """Signed distance, (count,) [mm], and outward unit normal of points, (count, 3), in the sensor's frame."""
         distance, normal = self.shape.distance(self.pose.to_object(points))
         return distance, normal @ self.pose.rotation.T
 

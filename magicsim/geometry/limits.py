@@ -53,13 +53,7 @@ class PressLimits(Config):
                 yield f"{name} = [{low:g}, {high:g}] is not allowed: must not fall"
 
     def excess(self, *, depth_mm: float, force_n: float, area_mm2: float) -> str:
-        """What of a touch is above its limit, with figures; empty where nothing is, and without force.
-
-        Args:
-            depth_mm: Depth from first contact [mm].
-            force_n: Normal force [N].
-            area_mm2: Area that touches [mm2].
-        """
+        """What of a touch is above its limit, with figures; empty where nothing is, and without force."""
         if force_n <= 0:
             return ""
         radius = math.sqrt(max(area_mm2, 0.0) / math.pi)

@@ -135,11 +135,7 @@ class PictureMarkers(Config):
         return hashlib.sha256(Path(self.file).read_bytes()).hexdigest()
 
     def pixels(self) -> Array:
-        """Linear RGB and opacity, shape (rows, columns, 4) in 0..1.
-
-        Raises:
-            ConfigError: The file is no picture.
-        """
+        """Linear RGB and opacity, shape (rows, columns, 4) in 0..1; `ConfigError` where the file is no picture."""
         from PIL import Image
 
         try:

@@ -32,8 +32,7 @@ def roc_curve(scores: npt.ArrayLike, positive: npt.ArrayLike) -> RocCurve:
 
     The area is the trapezoid rule over the points, which equals U / (n_+ n_-) of Mann and Whitney.
 
-    Raises:
-        ConfigError: No positive or no negative frame, or a score that is not finite.
+    `ConfigError` where no frame is positive or none negative, or a score is not finite.
     """
     values, labels = np.asarray(scores, dtype=np.float64), np.asarray(positive, dtype=np.bool_)
     if not labels.any() or labels.all() or not np.isfinite(values).all():

@@ -187,18 +187,10 @@ RESAMPLES = 400
 
 
 def interval(renderings: Sequence[Statistic], count: int, *, seed: int) -> tuple[float, float]:
-    """Ends of the 95 % interval of a statistic's mean over independent renderings.
+    """Ends of the 95 % interval of a statistic's mean over independent renderings, NaN where it is never defined.
 
     Renderings are drawn, and in each drawn one its items. Of what n renderings differ by, drawing among them sees
     (n - 1) / n.
-
-    Args:
-        renderings: What is estimated from the items of each.
-        count: How many items each has.
-        seed: Of the draws.
-
-    Returns:
-        NaN twice where the statistic is never defined.
     """
     random = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, count])))
 

@@ -32,15 +32,7 @@ def force_size(parts: Sequence[float], *, felt_n: float = FELT_N) -> float:
 def odd_labels(
     *, force_n: Array, gap_mm: Array, felt_n: float = FELT_N, force: str = "force_n", gap: str = "gap_mm"
 ) -> Iterator[str]:
-    """What is odd about the numbers of a recording, one line each.
-
-    Args:
-        force_n: Sizes of forces in the order of the frames, NaN where nobody knows, shape (frames,).
-        gap_mm: Gaps, negative when pressed, NaN without an object and where nobody knows, shape (frames,).
-        felt_n: Force above which something touches [N].
-        force: What a line calls the force.
-        gap: What a line calls the gap.
-    """
+    """What is odd about the labels of a recording, NaN where nobody knows, one line each that calls them by name."""
     known = force_n[~np.isnan(force_n)]
     depth = float(np.nanmax(-gap_mm, initial=-math.inf)) if not np.isnan(gap_mm).all() else -math.inf
     if len(known) and known.max() > MOST_N:

@@ -52,9 +52,7 @@ LABEL_COLUMNS = ("file", "class")
 def read_labels(folder: str | Path) -> Episode:
     """Read a labelled folder.
 
-    Raises:
-        ConfigError: No table, a column that is missing, an unknown class, or no frame of the untouched sensor.
-        FrameError: An image is missing or cannot be used.
+    `ConfigError` where table, column, class or untouched frames are missing or unknown; `FrameError` of an image.
     """
     found = _read_classes(Path(folder) / LABELS)
     return Episode(references=list(found.references()), frames=list(found.frames()), classes=found.labels.classes)
@@ -129,8 +127,7 @@ class RecordedEpisode:
 def read_recording(folder: Path) -> RecordedEpisode:
     """Reads a folder's table; images are read later, one at a time.
 
-    Raises:
-        ConfigError: No folder, no table, a wrong column, a value that is not allowed, or a missing image.
+    `ConfigError` where folder or table is missing, or a column, a value or an image is not as it must be.
     """
     path = folder / TRUTH
     if not is_file(path) and is_file(folder / LABELS):
@@ -187,12 +184,7 @@ def _row(line: Line, force: tuple[str, ...]) -> tuple[str, bool, float, float, b
 
 
 def read_episode(folder: Path) -> Episode:
-    """Frames and classes of one episode.
-
-    Raises:
-        ConfigError: None of these, or a table that cannot be read.
-        FrameError: An image is missing or cannot be used.
-    """
+    """Frames and classes of one episode, with the errors of `read_labels`."""
     if (folder / TABLE).is_file():
         return _read_run(folder)
     if (folder / TRUTH).is_file():

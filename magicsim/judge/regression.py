@@ -59,11 +59,7 @@ def collapses(
     A balanced accuracy is by chance where its interval (its value, without one) does not lie above chance, and known
     where that interval also has the baseline's value in it or above it: what differs may then be chance as well.
 
-    Args:
-        episodes: Those of the standard condition.
-        estimates: Measures of them.
-        before: Episodes of the standard condition as the baseline's detector judged them.
-        coated: Behind an opaque coat nothing is known of proximity.
+    Behind an opaque coat nothing is known of proximity.
     """
     known = _unnamed(before, coated=coated)
     found = [Collapse(of=of, says=says, is_known=of in known) for of, says in _unnamed(episodes, coated=coated).items()]

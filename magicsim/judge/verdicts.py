@@ -61,11 +61,7 @@ class SensorDetector:
 
     @classmethod
     def of(cls, untouched: Sequence[Frame], profile: DetectorProfile, *, is_coated: bool = False) -> Self:
-        """A profile fused with frames of the untouched sensor, RGB of shape (rows, columns, 3), in order of time.
-
-        Raises:
-            FrameError: Too few frames, or they show no grid.
-        """
+        """A profile fused with RGB frames of the untouched sensor, in order of time; `FrameError` as of `fuse`."""
         references = fuse(untouched, profile)
         rest = features_at_rest(detect_all(untouched, references, profile))
         return cls(profile=profile, references=references, rest=rest, is_coated=is_coated)
@@ -80,15 +76,6 @@ def judge(episode: Episode, profile_name: str, *, told: Told = on_stderr) -> Jud
     """Verdicts of one profile on the frames after the references, and their score.
 
     Behind an opaque coat every proximity is `Normal`, which says nothing: see `COATED`.
-
-    Args:
-        episode: With reference frames.
-        profile_name: Profile preset or TOML file.
-        told: Hears what takes longer than two seconds.
-
-    Raises:
-        FrameError: Too few reference frames, or they show no grid.
-        PresetError: No such profile.
     """
     profile = load_profile(profile_name)
     with waiting(f"judging {len(episode.frames)} frames", told):
@@ -170,11 +157,7 @@ def write_table(path: Path, episode: Episode, judgements: Sequence[Judgement]) -
 
 
 def read_table(folder: Path, names: Sequence[str]) -> list[dict[str, Any]]:
-    """Rows of the table in a folder of results.
-
-    Raises:
-        ConfigError: The table cannot be read, lacks a column, or holds something else there; the message names it.
-    """
+    """Rows of the table in a folder of results; a `ConfigError` names what is missing or wrong in it."""
     path, schema = folder / TABLE, pa.schema([READ[name] for name in names])
     try:
         found = pq.read_table(path, columns=list(names)).select(list(names)).cast(schema)

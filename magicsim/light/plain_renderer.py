@@ -91,16 +91,7 @@ class PlainRenderer:
         object_finish: Finish | None = None,
         facing: FacingFinger | None = None,
     ) -> None:
-        """Prepares; scenes are loaded when a view first needs them.
-
-        Args:
-            elastomer: The block.
-            rig: What surrounds it.
-            settings: Estimator, samples, particles.
-            seed: Monte Carlo seed that all frames share.
-            object_mesh: The object in its own frame, if one will come.
-            object_finish: Its surface; grey by default.
-            facing: Another finger that looks back in all views but those without anything, the object before it.
+        """Prepares; scenes are loaded when a view first needs them. All frames share the Monte Carlo seed.
 
         Raises:
             RenderError: The estimator cannot do what the materials ask for.
@@ -139,12 +130,7 @@ class PlainRenderer:
         return images
 
     def refined(self, view: View, relative_error: float) -> Refinement:
-        """Independent images of a view until their mean is as good as asked for, or `MAX_PASSES` have been taken.
-
-        Args:
-            view: What to see.
-            relative_error: Root mean square error over pixels and channels in units of the mean, see `Refinement`.
-        """
+        """Independent images of a view until their mean has this error (see `Refinement`), or `MAX_PASSES` of them."""
         world = self.world(view)
         names, refinement = world.lights, Refinement()
         while not refinement.is_within(relative_error) and refinement.passes < MAX_PASSES:
@@ -152,11 +138,7 @@ class PlainRenderer:
         return refinement
 
     def world(self, view: View) -> World:
-        """The Mitsuba scene that shows a view, loaded when it is first needed.
-
-        Raises:
-            RenderError: Object or flashlight are outside of the room.
-        """
+        """The scene of a view, loaded when first needed; `RenderError` where something is outside of the room."""
         placed = self._placed(view)
         self._check_room(view, placed)
         return self._worlds.of(view, placed)
@@ -196,11 +178,7 @@ class PlainRenderer:
 
 
 def checked(image: FloatImage) -> FloatImage:
-    """The image itself.
-
-    Raises:
-        RenderError: A value is not finite.
-    """
+    """The image itself; `RenderError` where a value is not finite."""
     bad = int(np.count_nonzero(~np.isfinite(image)))
     if bad:
         msg = f"the rendered image holds {bad} values that are not finite"
@@ -211,8 +189,7 @@ def checked(image: FloatImage) -> FloatImage:
 def choose_estimator(asked: str, elastomer: Elastomer, rig: Rig) -> str:
     """The estimator that will run: `fluence` needs LLVM or CUDA, and falls back to `path` on the scalar variant.
 
-    Raises:
-        RenderError: The body scatters and a lens plate is bonded to it, which `path` cannot tell apart.
+    `RenderError` where the body scatters and a lens plate is bonded to it, which `path` cannot tell apart.
     """
     estimator = "path" if VARIANT == SCALAR_VARIANT else asked
     if estimator == "path" and elastomer.design.materials.body.sigma_s_per_mm > 0 and rig.lens.thickness_mm > 0:

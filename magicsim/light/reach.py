@@ -26,12 +26,8 @@ def is_out_of_reach(gap_mm: float, finish: Finish, design: ElastomerDesign, rig:
     Never where the room is lit, since an object hides what is behind it at any distance, nor where it mirrors: a
     mirror is as bright as what it shows; nor where exposure is live, since gains then are not known beforehand.
 
-    Args:
-        gap_mm: From the contact face to its highest point [mm].
-        finish: Its surface.
-        design: The block.
-        rig: Its lights; a flashlight counts as on.
-        untouched: Linear radiance of the whole sensor at rest, which exposure is locked on, shape (rows, columns, 3).
+    The flashlight counts as on; `untouched` is the linear radiance of the whole sensor at rest, on which exposure is
+    locked.
     """
     if (
         rig.camera.live is not None
@@ -59,13 +55,7 @@ def brightest_return(gap_mm: float, finish: Finish, design: ElastomerDesign, rig
 
 
 def grey_levels(radiance: Array, exposure: Exposure, camera: Camera) -> float:
-    """The most that some radiance can add to a pixel, where the tone curve is steepest [grey levels].
-
-    Args:
-        radiance: Of each channel, shape (3,).
-        exposure: Locked gains.
-        camera: Colours and tone curve.
-    """
+    """The most that a radiance of each channel can add to a pixel, where the tone curve is steepest [grey levels]."""
     signal = np.abs(np.array(camera.color_matrix)) @ radiance * exposure.gain
     # signal^(1 / gamma) is steepest at black, or at white, where its slope is 1 / gamma.
     rise = signal ** (1 / camera.gamma) if camera.gamma > 1 else signal / camera.gamma

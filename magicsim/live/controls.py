@@ -23,13 +23,10 @@ FULL_MM = 0.5
 
 
 def lattice_edges(lattice: Lattice) -> Index:
-    """Pairs of neighbouring nodes, each once.
+    """Pairs of neighbouring nodes, each once, shape (edges, 2).
 
     Nodes are numbered x fastest and z slowest. Edges along the sensor's axis are left out inside the block, where they
     would hide the layers.
-
-    Returns:
-        Shape (edges, 2).
     """
     counts = tuple(len(planes) for planes in lattice.planes_mm)
     number = np.arange(len(lattice.nodes_mm)).reshape(counts[::-1])
@@ -42,12 +39,7 @@ def lattice_edges(lattice: Lattice) -> Index:
 
 
 def segment_colors(displacement_mm: Array, edges: Index) -> Colors:
-    """Colour of both ends of each edge, from how far its nodes have moved, uint8 of shape (edges, 2, 3).
-
-    Args:
-        displacement_mm: Of each node, shape (nodes,) [mm].
-        edges: From `lattice_edges`.
-    """
+    """Colour of both ends of each edge, from how far its nodes have moved, uint8 of shape (edges, 2, 3)."""
     share = np.clip(displacement_mm / FULL_MM, 0, 1)[edges][..., None]
     return np.asarray(STILL + share * (MOVED - STILL), np.uint8)
 
@@ -95,12 +87,7 @@ class View3D:
             )
 
     def show(self, shape: Scenery, gap_mm: float) -> None:
-        """Moves everything to a sight's shape.
-
-        Args:
-            shape: Lattice and object.
-            gap_mm: Of the object [mm].
-        """
+        """Moves everything to a sight's shape, and the handle to the object's gap [mm]."""
         if self._lines is not None and self._edges is not None:
             with self._server.atomic():
                 self._lines.points = shape.nodes_mm[self._edges].astype(np.float32)

@@ -59,12 +59,7 @@ class Recording:
         return Episode(scene=scene, frames=tuple(frames))
 
     def write(self, folder: Path, *, estimator: str) -> None:
-        """Writes the episode as `magicsim simulate` does.
-
-        Raises:
-            ConfigError: No frame was taken.
-            OutputError: The folder is there, or cannot be written.
-        """
+        """Writes the episode as `magicsim simulate` does, into a new folder."""
         episode = self.episode()
         facts = describe(episode.scene, estimator) | {"Recorded": "in the live window, a frame for each motion"}
         if self.begun.led_strength != FULL:

@@ -32,18 +32,7 @@ STAGE = "grip"
 def find_subject(
     name: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None, object: str | None = None
 ) -> SceneConfig:
-    """The scene of a window.
-
-    Args:
-        name: Preset or TOML file of a scene or of a design.
-        overrides: `dotted.key=value` settings of the scene; `design.` and `rig.` reach into those files.
-        seed: Seed instead of the scene's.
-        object: An object instead of the scene's: preset, file, or `KIND:key=value,...`.
-
-    Raises:
-        PresetError: No such scene or design.
-        ConfigError: The content is not acceptable.
-    """
+    """The scene of a window: that of a scene or a design, preset or file, perhaps with another object."""
     if _is_design(name):
         design = load_preset(ElastomerDesign, "design", name)
         data = load_scene(STAGE, seed=seed).model_dump()
@@ -55,11 +44,7 @@ def find_subject(
 
 
 def _is_design(name: str | Path) -> bool:
-    """Whether a name or file is a design and not a scene.
-
-    Raises:
-        PresetError: Neither.
-    """
+    """Whether a name or file is a design and not a scene; `PresetError` where it is neither."""
     text = str(name)
     if text in preset_names("scene"):
         return False
@@ -95,11 +80,7 @@ class Session:
 
     @property
     def live(self) -> LiveSensor:
-        """The sensor, built when it is first needed.
-
-        Raises:
-            MagicsimError: The design cannot be built.
-        """
+        """The sensor, built when it is first needed; errors are those of its design."""
         if self._live is None:
             self._live = self._built(self.scene, self.now)
             self._learn(self._live)
@@ -113,11 +94,7 @@ class Session:
     def go(self, wish: Wish) -> Sight:
         """Carries a wish out as far as the lattice; what is refused leaves object and design as they were.
 
-        Returns:
-            The lattice with no frame yet, see `look`.
-
-        Raises:
-            MagicsimError: There is no sensor at all: the first design cannot be built.
+        The lattice has no frame yet, see `look`. `MagicsimError` where the first design cannot be built.
         """
         start, refusal = time.perf_counter(), None
         _ = self.live

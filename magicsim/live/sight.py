@@ -50,12 +50,7 @@ class Wish:
         return cls(exposure_grey=exposure_grey, has_object=has_object, design=design_values(design))
 
     def pushed(self, space: Workspace, **by: float) -> Self:
-        """The wish with the object moved by so much, kept inside of the workspace.
-
-        Args:
-            space: Where the object may go.
-            by: Changes of `gap_mm`, `x_mm`, `y_mm` [mm] and `twist_deg` [degrees].
-        """
+        """The wish with the object moved by `gap_mm`, `x_mm`, `y_mm` and `twist_deg`, kept inside of the workspace."""
         moved: dict[str, float] = {}
         for name, step in by.items():
             low, high = getattr(space, name)
@@ -121,13 +116,7 @@ SHOWN_PX = 420
 
 
 def frame_picture(image: Frame, rest: AnyArray, *, gamma: float) -> str:
-    """The camera's frame for a screen beside its change, see `magicsim.notebook.screen.beside_change`; lossless.
-
-    Args:
-        image: RGB, shape (rows, columns, 3).
-        rest: Mean of the frames of the untouched sensor, of the same shape.
-        gamma: Of the camera's tone curve.
-    """
+    """The camera's frame for a screen beside its change, see `magicsim.notebook.screen.beside_change`; lossless."""
     shown = beside_change(image, rest, gamma=gamma)
     encoded = cv2.imencode(".png", cv2.cvtColor(shown, cv2.COLOR_RGB2BGR))[1].tobytes()
     (rows, columns), drawn = image.shape[:2], "pixelated" if shown.shape[1] < SHOWN_PX else "auto"

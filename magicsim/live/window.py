@@ -46,13 +46,8 @@ class LiveWindow:
     ) -> None:
         """Opens the page; the sensor is built in the background.
 
-        Args:
-            scene: Design, rig, object and contact.
-            folder: Where recordings are written, each in a folder of its own.
-            port: Where to listen; the next free one where it is taken.
-            workspace: Where the object may go.
-            quality: Of solve and picture, see `magicsim.robot.quality`.
-            told: Hears what takes long, beside the page.
+        The next free port is taken where this one is not. Recordings get folders of their own; `told` hears what takes
+        long, beside the page.
 
         Raises:
             ConfigError: viser is missing, or the quality is unknown.

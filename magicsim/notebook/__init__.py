@@ -56,11 +56,7 @@ SHOWN_PX = 180
 
 
 def picture_row(pictures: Sequence[tuple[Frame, str]]) -> str:
-    """Images in a row, each above its caption.
-
-    Args:
-        pictures: Images of shape (rows, columns, 3), and what stands below each.
-    """
+    """Images in a row, each above its caption."""
     cells = "".join(
         f'<figure style="margin:0 6px 6px 0"><img style="width:100%" alt="{escape(caption)}" src="{_address(image)}"/>'
         f'<figcaption style="font-size:80%">{escape(caption)}</figcaption></figure>'

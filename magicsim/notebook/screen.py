@@ -30,30 +30,19 @@ SHOWN = np.rint(255 * to_srgb(np.arange(256) / 255)).astype(np.uint8)
 def on_screen(image: Frame, *, gamma: float | None) -> Frame:
     """A frame for a screen, shape (rows, columns, 3).
 
-    Args:
-        image: As the camera gives it, shape (rows, columns, 3).
-        gamma: Of the camera, `Camera.gamma`. At 1 grey levels are linear in light and get sRGB's tone curve; at others,
-            and at None, that of an unknown camera, they count as coded already and stay as they are.
+    At a gamma of 1 grey levels are linear in light and get sRGB's tone curve; at others, and at None, that of an
+    unknown camera, they count as coded already and stay as they are.
     """
     return np.asarray(SHOWN[image]) if gamma == 1 else image
 
 
 def change(image: Frame, rest: AnyArray) -> Frame:
-    """How a frame differs from the untouched sensor: `STRONGER` times the grey levels more, around `MID_GREY`.
-
-    Args:
-        image: As the camera gives it, shape (rows, columns, 3).
-        rest: The untouched sensor, or the mean of several such frames, of the same shape.
-    """
+    """How a frame differs from the untouched sensor: `STRONGER` times the grey levels more, around `MID_GREY`."""
     return np.clip(np.rint(MID_GREY + STRONGER * (image.astype(np.float64) - rest)), 0, 255).astype(np.uint8)
 
 
 def beside_change(image: Frame, rest: AnyArray | None, *, gamma: float | None) -> Frame:
-    """A frame as `on_screen`, and right of it its `change`; the frame alone where nothing is known of rest.
-
-    Returns:
-        Shape (rows, 2 columns + `EDGE_PX`, 3).
-    """
+    """A frame as `on_screen`, and right of it its `change`; the frame alone where nothing is known of rest."""
     shown = on_screen(image, gamma=gamma)
     if rest is None:
         return shown

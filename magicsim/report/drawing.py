@@ -126,24 +126,14 @@ SUFFIXES = (".csv", ".png")
 
 
 def check_curve_file(target: Path) -> None:
-    """Refuses a file that a curve cannot become, before it is solved.
-
-    Raises:
-        ConfigError: Its name does not say which kind of file.
-        OutputError: It cannot be written.
-    """
+    """Refuses (`ConfigError`, `OutputError`) a file that a curve cannot become, before it is solved."""
     if target.suffix.lower() not in SUFFIXES:
         raise ConfigError(f"curve = '{target}' is not allowed: must end in {' or '.join(SUFFIXES)}")
     check_file(target)
 
 
 def write_curve(curve: PressCurve, target: Path, *, title: str) -> None:
-    """Writes a table with a row a depth, `COLUMNS`, or draws force and contact area against depth.
-
-    Raises:
-        ConfigError: Another ending.
-        OutputError: The file cannot be written.
-    """
+    """Writes a table with a row a depth, `COLUMNS`, or draws force and contact area against depth."""
     check_curve_file(target)
     with result_file(target) as partial:
         if target.suffix.lower() == ".csv":

@@ -185,11 +185,7 @@ def judged(episode: Episode) -> tuple[list[Judgement], str | None]:
 
 
 def write_mcap(path: Path, episode: Episode) -> None:
-    """Writes an episode as an MCAP file, see `magicsim.dataset.export.mcap`.
-
-    Raises:
-        ConfigError: The package for it is not installed.
-    """
+    """Writes an episode as an MCAP file, see `magicsim.dataset.export.mcap`."""
     mcap = load_mcap()
     scene, window = episode.scene, episode.scene.rig.camera.window
     rows = frame_rows(episode.frames, scene, calibrate_camera(scene.design, scene.rig))
@@ -197,11 +193,7 @@ def write_mcap(path: Path, episode: Episode) -> None:
 
 
 def load_mcap() -> ModuleType:
-    """The writer of MCAP files.
-
-    Raises:
-        ConfigError: The package for it is not installed.
-    """
+    """The writer of MCAP files; `ConfigError` where its package is not installed."""
     try:
         return importlib.import_module("magicsim.dataset.export.mcap")
     except ImportError as error:

@@ -116,19 +116,10 @@ class Card:
 
 
 def render_report(episode: Episode, judgements: Sequence[Judgement], facts: Mapping[str, str]) -> str:
-    """Write the report of an episode.
+    """The report of an episode as a whole HTML document, with verdicts of any number of profiles.
 
-    Args:
-        episode: The frames and their truth.
-        judgements: Verdicts of one or more profiles on the scored frames; may be empty.
-        facts: Further facts for the head of the page, by name; one of the same name replaces the scene's own
-            (`Design`, `Rig`, `Object`, `Seed`, `Frames`). `Scene`, where given, is the name in the title.
-
-    Returns:
-        A whole HTML document.
-
-    Raises:
-        ConfigError: A judgement has another number of verdicts than the episode has scored frames.
+    Facts are added to the head of the page, and replace the scene's own of the same name (`Design`, `Rig`, `Object`,
+    `Seed`, `Frames`). `Scene` is the name in the title.
     """
     frames = episode.scored
     for each in judgements:

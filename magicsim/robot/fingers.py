@@ -48,12 +48,7 @@ class ObjectPlace:
 
 
 def finger_pose(side: Side, width_mm: float) -> Pose:
-    """The transform from a finger's frame to the gripper's: p_gripper = rotation @ p_finger + position.
-
-    Args:
-        side: Which finger.
-        width_mm: Distance between the contact faces [mm].
-    """
+    """The transform from a finger's frame to the gripper's: p_gripper = rotation @ p_finger + position."""
     rotation = TO_GRIPPER[side]
     return Pose(position_mm=rotation @ np.array([0.0, 0.0, width_mm / 2]), rotation=rotation)
 
@@ -74,26 +69,14 @@ def object_pose(target: AnyObject, place: ObjectPlace) -> Pose:
 
 
 def half_extents_mm(target: AnyObject, place: ObjectPlace | None = None) -> tuple[float, float]:
-    """How far the object reaches from its origin towards the upper and the lower finger [mm].
-
-    Args:
-        target: The object.
-        place: Where it is; not tilted by default, whatever its twist.
-    """
+    """How far an object, not tilted by default, reaches from its origin towards upper and lower finger [mm]."""
     up = object_pose(target, place or ObjectPlace()).rotation[2]
     shape = target.shape()
     return shape.support_mm(up), shape.support_mm(-up)
 
 
 def finger_motion(side: Side, place: ObjectPlace, width_mm: float, extents_mm: tuple[float, float]) -> dict[str, float]:
-    """Where a finger finds the object in its own frame, as `move_to` takes it: gap, x, y [mm], twist, tilts [degrees].
-
-    Args:
-        side: Which finger.
-        place: The object in the gripper's frame.
-        width_mm: Distance between the contact faces [mm].
-        extents_mm: From `half_extents_mm`.
-    """
+    """The object in a finger's own frame, as `move_to` takes it: gap, x, y [mm], twist, tilts [degrees]."""
     sign = 1.0 if side == "upper" else -1.0
     reach = extents_mm[0] if side == "upper" else extents_mm[1]
     gap = width_mm / 2 - sign * place.z_mm - reach

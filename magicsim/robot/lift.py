@@ -41,13 +41,6 @@ class Reach:
     ) -> "Reach":
         """The limits of a task.
 
-        Args:
-            target: The object.
-            start_gap_mm: Smallest and largest gap at the start [mm]; the fingers open to twice the largest.
-            offset_mm: Largest shift of the object along each axis at the start [mm].
-            target_mm: Height to lift it to [mm]; the fingers rise to twice that.
-            deepest_mm: Largest indentation of a finger [mm].
-
         Raises:
             ConfigError: The fingers would pass through each other, or the object does not fit between them.
         """
@@ -116,12 +109,6 @@ class Lift:
 
     def __init__(self, gripper: Gripper, *, load: Load, width_mm: float, place: ObjectPlace) -> None:
         """Places the object on the table between the fingers, which push it away where they would press it.
-
-        Args:
-            gripper: The fingers; its scene has the object and the friction.
-            load: What acts on the object once the fingers hold it; its weight points down the y axis.
-            width_mm: Distance of the contact faces [mm].
-            place: Where the object is in the gripper's frame while its height is 0.
 
         Raises:
             ConfigError: The place is outside of the gripper's workspace.

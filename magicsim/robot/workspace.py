@@ -66,12 +66,7 @@ def between(start: FrameState, end: FrameState, share: float) -> FrameState:
 
 
 def slip_share(deformation: Deformation, area_mm2: Array) -> float:
-    """Share of the normal force that presses on sliding points, 0 without contact, 1 in full slip.
-
-    Args:
-        deformation: An equilibrium.
-        area_mm2: Rest area of each contact point, shape (points,) [mm2].
-    """
+    """Share of the normal force that presses on sliding points, 0 without contact, 1 in full slip."""
     if deformation.is_rest:
         return 0.0
     force = area_mm2 * deformation.contact_pressure_mpa
@@ -85,11 +80,6 @@ def slip_mm(before: Deformation, after: Deformation, area_mm2: Array) -> float:
     A sticking point keeps its anchor in the object's frame and a sliding one drags it along (see
     `magicsim.deform.contact.friction`), so the anchors' way is the way of sliding. Points count by their normal force
     after.
-
-    Args:
-        before: The equilibrium before, of the same lattice.
-        after: The one that followed from it.
-        area_mm2: Rest area of each contact point, shape (points,) [mm2].
     """
     if before.is_rest or after.is_rest:
         return 0.0
@@ -106,18 +96,7 @@ UP = np.array([0.0, 0.0, 1.0])
 def travel(
     sensor: Sensor, start: FrameState, end: FrameState, deformation: Deformation, area_mm2: Array
 ) -> tuple[Deformation, float]:
-    """The equilibrium at the end, and the way of slip until then [mm].
-
-    Args:
-        sensor: Solves.
-        start: Where the object was.
-        end: Where it goes, in a straight line.
-        deformation: The equilibrium at the start.
-        area_mm2: Of each contact point, see `contact_areas_mm2`.
-
-    Raises:
-        ConvergenceError: No valid equilibrium was found somewhere on the way.
-    """
+    """The equilibrium at the end of a straight motion, and the way of slip until then [mm]."""
     slid_mm, has_friction = 0.0, sensor.contact.friction > 0
     reach = sensor.lattice.zone.radius_mm if sensor.lattice.zone is not None else 0.0
     if not start.can_touch:

@@ -63,11 +63,7 @@ class Distribution(Config):
         return min(self.choices) if self.choices is not None else self.at(0.0)
 
     def within(self, low: float, high: float) -> Self:
-        """What of an interval or of choices lies in a range: all of it keeps its relative frequency.
-
-        Raises:
-            ValueError: Nothing does.
-        """
+        """What of an interval or of choices lies in a range, with its relative frequency; `ValueError` if nothing."""
         changes: dict[str, object] = {}
         if self.low is not None and self.high is not None:
             changes = {"low": max(self.low, low), "high": min(self.high, high)}

@@ -19,20 +19,12 @@ AXES = ("x", "y")
 
 
 def field_warnings(scene: SceneConfig) -> list[str]:
-    """A line for each target that does not fit the block; none where all does.
-
-    Raises:
-        ConfigError: The object's file is missing.
-    """
+    """A line for each target that does not fit the block; `ConfigError` where the object's file is missing."""
     return [*_view(scene), *_object(scene)]
 
 
 def check_room(scene: SceneConfig) -> None:
-    """Refuses an object that would be outside of a near room at a keyframe.
-
-    Raises:
-        ConfigError: It would; or the object's file is missing.
-    """
+    """Refuses (`ConfigError`) an object that would be outside of a near room at a keyframe, or has no file."""
     target = scene.object
     if scene.rig.near_mm is None or target is None or scene.design.is_opaque:
         return

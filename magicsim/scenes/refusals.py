@@ -22,13 +22,7 @@ _GREY = (
 
 
 def sensor_refusal(design: ElastomerDesign, rig: Rig, *, is_recorded: bool) -> str | None:
-    """Why no image can be made of a sensor, in one line, or None where one can.
-
-    Args:
-        design: The block.
-        rig: What surrounds it.
-        is_recorded: Whether paths through the untouched sensor are to be recorded, see `RenderSettings.is_recorded`.
-    """
+    """Why no image can be made, or by `RenderSettings.is_recorded` no path recorded, in one line, or None."""
     if is_recorded and (problem := _colored(design)) is not None:
         return problem
     if rig.moving is not None and not is_recorded:
@@ -60,13 +54,7 @@ def _colored(design: ElastomerDesign) -> str | None:
 
 
 def gap_refusal(design: ElastomerDesign, rig: Rig, gap_mm: float) -> str | None:
-    """Why an object cannot be at a gap, to follow its field's name, or None where it can.
-
-    Args:
-        design: The block.
-        rig: What surrounds it.
-        gap_mm: Of the object, negative when pressed [mm].
-    """
+    """Why an object cannot be at a gap, negative when pressed, to follow its field's name, or None where it can."""
     deepest, passing = -MAX_DEPTH_SHARE * design.height_mm, rig.moving
     refused = f" = {gap_mm:g} is not allowed: "
     if gap_mm < deepest:
@@ -103,24 +91,14 @@ def sensor_problem(design: ElastomerDesign, rig: Rig) -> str | None:
 
 
 def flashlight_problem(rig: Rig, shift_x_mm: float) -> str | None:
-    """Why the flashlight does not fit into the room, or None where it does.
-
-    Args:
-        rig: Its room and flashlight.
-        shift_x_mm: Shift of the flashlight along x [mm].
-    """
+    """Why the flashlight does not fit into the room, or None where it does."""
     light = rig.flashlight
     aside = math.hypot(light.x_mm + shift_x_mm, light.y_mm) + light.radius_mm
     return _problem("the flashlight", math.hypot(aside, light.distance_mm), rig.near_mm)
 
 
 def object_problem(rig: Rig, vertices: Array) -> str | None:
-    """Why an object does not fit into the room, or None where it does.
-
-    Args:
-        rig: Its room.
-        vertices: Of the object where it is, shape (vertices, 3) [mm].
-    """
+    """Why an object does not fit into the room, or None where it does."""
     return _problem("the object", float(np.linalg.norm(vertices, axis=1).max()), rig.near_mm)
 
 

@@ -58,13 +58,7 @@ class Led(Config):
         return x, y, z
 
     def problem(self, number: int, footprint_mm: tuple[float, float], top_mm: float) -> str | None:
-        """Why a block cannot have this LED beside it, or None where it can.
-
-        Args:
-            number: Place in the list.
-            footprint_mm: Size of the block along x and y [mm].
-            top_mm: Outer face of the lens plate [mm].
-        """
+        """Why a block with a lens plate cannot have this LED beside it, with its number, or None where it can."""
         reach = self.radius_mm * np.sqrt(np.maximum(1 - np.square(self.axis), 0))
         low, high = np.array(self.place_mm) - reach, np.array(self.place_mm) + reach
         half = np.array(footprint_mm) / 2
@@ -231,15 +225,7 @@ def load_rig(name: str | Path, overrides: Sequence[str] = ()) -> Rig:
 
 
 def in_room(rig: Rig, room: str) -> Rig:
-    """The rig in a room; its own light is scaled by nothing.
-
-    Args:
-        rig: The rig.
-        room: Name, image or `dark`.
-
-    Raises:
-        ConfigError: There is no such room.
-    """
+    """The rig in a room, a name, image or `dark`; its own light is scaled by nothing."""
     values = rig.model_dump() | {"room": room}
     if room != DARK and not any(rig.ambient):
         values["ambient"] = DIM

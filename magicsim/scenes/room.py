@@ -56,12 +56,7 @@ class Passing(Config):
     """Time from one passage to the next [s]."""
 
     def place_mm(self, time_s: float, seed: int) -> float | None:
-        """Where its middle is along x [mm], or None while it is out of sight.
-
-        Args:
-            time_s: Since the first frame of the scene [s].
-            seed: Of the scene.
-        """
+        """Where its middle is along x [mm], or None while it is out of sight."""
         random = np.random.default_rng(np.random.SeedSequence([seed, STREAM]))
         begun, way = random.uniform(0, self.every_s), random.choice((-1, 1))
         place = float(way) * self.speed_mm_s * ((time_s + begun) % self.every_s - self.every_s / 2)
@@ -74,14 +69,7 @@ def room_names() -> list[str]:
 
 
 def room_file(name: str) -> Path:
-    """The image of a room.
-
-    Args:
-        name: One of `room_names()`, or the path of an image.
-
-    Raises:
-        ConfigError: Neither.
-    """
+    """The image of a room by one of `room_names()`, or by path; `ConfigError` where it is neither."""
     if name in room_names():
         return preset_root() / FOLDER / f"{name}.png"
     path = expanded(name)
@@ -94,14 +82,7 @@ def room_file(name: str) -> Path:
 
 
 def room_passing(name: str) -> Passing | None:
-    """What passes in a room by itself: a table in a TOML file beside its image, None where there is none.
-
-    Args:
-        name: See `room_file`.
-
-    Raises:
-        ConfigError: The table is not acceptable.
-    """
+    """What passes in a room by itself: a table in a TOML file beside its image, None where there is none."""
     return _read_passing(room_file(name).with_suffix(".toml")) if name in room_names() else None
 
 
@@ -113,11 +94,7 @@ def _read_passing(path: Path) -> Passing | None:
 def room_radiance(name: str) -> Array:
     """Radiance from all directions with a mean of 1 in each channel, shape (rows, columns, 3).
 
-    Args:
-        name: See `room_file`.
-
-    Raises:
-        ConfigError: The file holds no equirectangular image, or a black one.
+    `ConfigError` where the file holds no equirectangular image, or a black one.
     """
     path = room_file(name)
     return _read(path, os.path.abspath(path), sha256_of(path))

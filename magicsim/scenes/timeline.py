@@ -162,14 +162,7 @@ def _with_passing(scene: SceneConfig, states: list[FrameState], first: int) -> l
 
 
 def with_passing(state: FrameState, rig: Rig, *, time_s: float, seed: int) -> FrameState:
-    """The state with what passes in the room where it is at a time; a facing finger sees, and is seen in, a still room.
-
-    Args:
-        state: Where all else is.
-        rig: Has the room.
-        time_s: Since the first frame of the stream [s].
-        seed: Of the stream.
-    """
+    """The state with what passes in the room at a time of the stream; with a facing finger the room is still."""
     passing = rig.moving if state.facing_mm is None else None
     return replace(state, passing_mm=passing.place_mm(time_s, seed) if passing is not None else None)
 

@@ -110,38 +110,22 @@ class SimulatedFrame:
 
     @property
     def contact_mask(self) -> Mask:
-        """Pixels whose ray meets the contact, shape (rows, columns).
-
-        Raises:
-            OutputError: The scene does not ask for it.
-        """
+        """Pixels whose ray meets the contact, shape (rows, columns); `OutputError` unless the scene asks for it."""
         return _asked_for(self.labels.contact_mask, "contact_mask", "output.contact_mask")
 
     @property
     def displacements_mm(self) -> npt.NDArray[np.float32]:
-        """Lattice displacements, shape (nodes, 3) [mm].
-
-        Raises:
-            OutputError: The scene does not ask for them.
-        """
+        """Lattice displacements, shape (nodes, 3) [mm]; `OutputError` unless the scene asks for them."""
         return _asked_for(self.labels.displacements_mm, "displacements_mm", "output.displacements")
 
     @property
     def depth_map_mm(self) -> npt.NDArray[np.float32]:
-        """How far the contact face is pressed in at each pixel, shape (rows, columns) [mm].
-
-        Raises:
-            OutputError: The scene does not ask for it.
-        """
+        """How far the face is pressed in at each pixel, shape (rows, columns) [mm]; else as `contact_mask`."""
         return _asked_for(self.labels.depth_map_mm, "depth_map_mm", "output.depth_map")
 
     @property
     def touch(self) -> TouchFields:
-        """Forces on taxels, stretch and stress of the skin, shear of the infill.
-
-        Raises:
-            OutputError: The scene does not ask for them.
-        """
+        """Forces on taxels, stretch and stress of the skin, shear of the infill; else as `contact_mask`."""
         if self.labels.touch is None:
             raise OutputError(
                 "touch was not computed: add [output.taxels] with rows and columns to the scene, or "

@@ -97,10 +97,7 @@ def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None
 def write_episode(folder: Path, episode: Episode, printed: Lattice) -> None:
     """Fills the folder of an episode with frames, rest positions of what the truth refers to, and the scene.
 
-    Args:
-        folder: From `magicsim.folder.result_folder`.
-        episode: What happened.
-        printed: All planes of the design's lattice, which the displacements refer to.
+    The truth's displacements refer to all planes of the lattice as it is `printed`.
     """
     scene = episode.scene
     write_frames(folder, episode)
@@ -129,14 +126,7 @@ def write_lattice(path: Path, lattice: Lattice) -> None:
 
 
 def write_markers(path: Path, rest: Array, design: ElastomerDesign, rig: Rig) -> None:
-    """Writes the undisplaced markers, one row each, in the order of every frame's lists.
-
-    Args:
-        path: Parquet file.
-        rest: Centres of the undisplaced markers, shape (markers, 3) [mm].
-        design: The block.
-        rig: Lens and camera.
-    """
+    """Writes the undisplaced markers to a Parquet file, one row each, in the order of every frame's lists."""
     pixels = project_px(rest, design, rig.lens, rig.camera)
     columns = {f"{axis}_mm": rest[:, number] for number, axis in enumerate("xyz")}
     columns |= {"column_px": pixels[:, 0], "row_px": pixels[:, 1]}

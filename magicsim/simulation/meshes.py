@@ -50,11 +50,7 @@ def settle(points_mm: Array, is_face: Mask, distance: Distance, clearance_mm: fl
     fades smoothly over `FACE_BAND_MM`. Other points are pushed strictly beyond the clearance, in the order of their
     distance.
 
-    Args:
-        points_mm: Deformed positions, shape (points, 3) [mm].
-        is_face: Which of them lie on the contact face, shape (points,).
-        distance: From the object in its pose, with the direction away from it, see `Indenter.distance`.
-        clearance_mm: Distance of touching face points from the object's surface [mm]; negative is inside.
+    `distance` is from the object in its pose, see `Indenter.distance`; a negative clearance is inside.
     """
     settled = np.array(points_mm, dtype=np.float64)
     away, normal = distance(settled)
@@ -101,11 +97,6 @@ def still(vertices: Array, rest: Array, bound_mm: float) -> Array:
     tell that something touches.
 
     Up to the bound all of a displacement is left out, beyond it as much as the bound at first and then less and less.
-
-    Args:
-        vertices: Where they are, shape (vertices, 3) [mm].
-        rest: Where they were when nothing touched, of the same shape [mm].
-        bound_mm: The most that is left out [mm]; 0 leaves out nothing.
     """
     if bound_mm == 0:
         return vertices
@@ -117,32 +108,14 @@ def still(vertices: Array, rest: Array, bound_mm: float) -> Array:
 
 
 def check_walls(infill: Array, rest: SurfaceMesh, grid: CellGrid) -> None:
-    """Refuses a deformed grid with a wall below the safe gap.
-
-    Args:
-        infill: Deformed infill vertices, shape (vertices, 3) [mm].
-        rest: The infill at rest.
-        grid: Its cells.
-
-    Raises:
-        RenderError: With the thinnest wall and its place.
-    """
+    """Refuses (`RenderError`) a deformed grid with a wall below the safe gap, of so much and there."""
     thickness, place = thinnest_wall(infill, rest, grid)
     if thickness < SAFE_GAP_MM:
         raise RenderError(_message("wall", thickness, place, "wall_mm"))
 
 
 def check_skin(infill: Array, distance: Distance, clearance_mm: float) -> None:
-    """Refuses cells that the object reaches through the skin.
-
-    Args:
-        infill: Deformed infill vertices, shape (vertices, 3) [mm].
-        distance: From the object where it is, see `Indenter.distance`.
-        clearance_mm: Distance of the skin from the object where they touch [mm].
-
-    Raises:
-        RenderError: With the thinnest skin and its place.
-    """
+    """Refuses (`RenderError`) cells that the object reaches through the skin, so thin and there."""
     skin = distance(infill)[0] - max(clearance_mm, 0.0)
     thinnest = int(skin.argmin())
     if skin[thinnest] < SAFE_GAP_MM:
@@ -158,18 +131,10 @@ def _message(part: str, thickness: float, place: Array, field: str) -> str:
 
 
 def thinnest_wall(infill: Array, rest: SurfaceMesh, grid: CellGrid) -> tuple[float, Array]:
-    """Thickness of the thinnest wall between neighbouring cells [mm], and its middle, shape (3,) [mm].
+    """Thickness of the thinnest wall between neighbouring cells [mm], or infinity, and its middle, shape (3,) [mm].
 
     Facing vertices of two neighbours differ by the wall; its thickness is their distance along the wall's normal, the
     mean normal of the two faces. Negative where cells overlap.
-
-    Args:
-        infill: Deformed infill vertices, shape (vertices, 3) [mm].
-        rest: The infill at rest.
-        grid: Its cells.
-
-    Returns:
-        Infinity where no cell has a neighbour.
     """
     nx, ny, nz = grid.counts
     cell = rest.vertices.reshape(grid.cell_count, -1, 3)[0]

@@ -63,11 +63,7 @@ class ScenePlan:
 
 
 def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
-    """Plans an episode.
-
-    Raises:
-        ConfigError: The object would be outside of a near room.
-    """
+    """Plans an episode; `ConfigError` where the object would be outside of a near room."""
     if scene.rig.near_mm is not None:
         check_room(scene)
     grid, spacing_mm = resolve_grid(scene.design), node_spacing_mm(scene.design)

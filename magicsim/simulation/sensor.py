@@ -285,11 +285,7 @@ class Sensor:
 
     @on_one_blas_thread
     def view(self, state: FrameState, deformation: Deformation | Displacement) -> View:
-        """Meshes, object and light of a state as the renderer wants them.
-
-        Raises:
-            RenderError: A wall or the skin is too thin to be rendered.
-        """
+        """Meshes, object and light of a state as the renderer wants them; `RenderError` where a wall is too thin."""
         is_hidden = self.design.is_opaque  # behind a coat a touch alone is seen
         indenter = None if is_hidden and not state.can_touch else self.indenter(state)
         outside = View() if is_hidden else View(
@@ -333,42 +329,21 @@ class Sensor:
 
 
 def sensor_exposure(sensor: Sensor, untouched: FloatImage) -> Exposure:
-    """Exposure of a sensor's camera, measured on the whole image of the untouched sensor and locked.
-
-    Args:
-        sensor: The sensor.
-        untouched: What the camera reads out at rest, shape (rows, columns, 3).
-    """
+    """Exposure of a sensor's camera, measured on the whole image of the untouched sensor and locked."""
     camera = sensor.rig.camera
     whole = untouched if camera.region_px is None else sensor.renderer.metered()
     return meter(whole, camera, sensor.rig.lit)
 
 
 def sensor_camera(sensor: Sensor, untouched: FloatImage) -> CameraStream:
-    """A sensor's camera, ready to film, as exposed on the untouched sensor.
-
-    Args:
-        sensor: The sensor.
-        untouched: What the camera reads out at rest, shape (rows, columns, 3).
-
-    Raises:
-        RenderError: Exposure fails or never settles.
-    """
+    """A sensor's camera, ready to film, as exposed on what it reads out at rest (`RenderError`: it never settles)."""
     rig, room = sensor.rig, room_radiance(sensor, untouched)
     whole = untouched if rig.camera.region_px is None else sensor.renderer.metered()
     return CameraStream.of(rig.camera, whole, rig.lit, room=room)
 
 
 def room_radiance(sensor: Sensor, untouched: FloatImage) -> FloatImage | None:
-    """What the room's light makes of the untouched image, which swings with the mains while LEDs do not.
-
-    Args:
-        sensor: The sensor.
-        untouched: What the camera reads out at rest, shape (rows, columns, 3).
-
-    Returns:
-        Shape (rows, columns, 3); None where the room is dark, or where nothing asks for it.
-    """
+    """What the room's light makes of the untouched image, which swings with the mains; None where it is dark."""
     rig = sensor.rig
     if max(rig.room_light) == 0 or (rig.camera.flicker is None and rig.camera.led_drift is None):
         return None

@@ -49,13 +49,7 @@ class Still:
 
 
 def with_care(scene: SceneConfig, *, samples: bool, particles: bool) -> SceneConfig:
-    """The scene with more samples, the particles of the anchor, or both: a still stands alone.
-
-    Args:
-        scene: What happens.
-        samples: Whether to raise the camera samples.
-        particles: Whether to raise the light particles.
-    """
+    """The scene with more samples, the particles of the anchor, or both: a still stands alone."""
     render, changes = scene.render, {}
     if samples:
         changes["samples"] = max(render.samples, min(render.anchor_samples, STILL_SAMPLES))

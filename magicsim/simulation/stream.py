@@ -51,13 +51,7 @@ class BrightnessWatch:
             self._warn("next to no light reaches the camera, and frames show the noise of the rendering: " + GEL)
 
     def see(self, image: Frame, *, index: int, flashlight: bool) -> None:
-        """Warns of the first black and of the first saturated frame.
-
-        Args:
-            image: RGB, shape (rows, columns, 3).
-            index: Number of the frame in its stream.
-            flashlight: Whether the flashlight is on.
-        """
+        """Warns of the first black and of the first saturated frame."""
         mean = float(image.mean())
         if mean < BLACK_GREY:
             self._warn(f"frame {index} is black (mean grey level {mean:.2g}): {self._why_black()}", key="black")
@@ -124,14 +118,7 @@ class Shot:
     def take(
         self, rendered: RenderedState, memory: CameraMemory, at: Instant, *, touch: TouchFields | None = None
     ) -> tuple[SimulatedFrame, CameraMemory]:
-        """One frame, and what the camera's next one inherits.
-
-        Args:
-            rendered: What is in front of the sensor, and what the camera reads out.
-            memory: What the camera inherits from the frames before.
-            at: Which frame of which stream; each has noise of its own.
-            touch: Fields of touch, where they are asked for.
-        """
+        """One frame, and what the camera's next one inherits."""
         state, deformation = rendered.state, rendered.deformation
         sensor, output, landing = self.sensor, self.output, self.landing_mm
         design, rig, markers_mm = sensor.design, sensor.rig, sensor.markers_mm(deformation)
@@ -199,13 +186,7 @@ def simulate_with(sensor: Sensor, plan: ScenePlan, *, progress: Progress | None 
 
 
 def stream_states(sensor: Sensor, plan: ScenePlan, untouched: tuple[FloatImage, Origin]) -> Iterator[RenderedState]:
-    """Rendered states of an episode in order: the references, then what the plan lists.
-
-    Args:
-        sensor: That of the scene.
-        plan: Which work to do.
-        untouched: Radiance of the sensor at rest, shape (rows, columns, 3), and how it was made.
-    """
+    """Rendered states of an episode in order: the references, of an untouched sensor, then what the plan lists."""
     first, deformation = len(plan.references), sensor.rest
     reused, rendered = {frame.same_as for frame in plan.frames}, {UNTOUCHED_FRAME: untouched}
     for number, frame in enumerate((*plan.references, *plan.frames), -first):

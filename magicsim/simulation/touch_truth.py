@@ -55,15 +55,7 @@ class TouchTruth:
         point_spacing_mm: float = POINT_SPACING_MM,
         branches: Branches | None = None,
     ) -> Self:
-        """Prepares a sensor.
-
-        Args:
-            design: The block.
-            lattice: The lattice that is solved.
-            settings: Which taxels, and what of them.
-            point_spacing_mm: Distance of the solver's contact points [mm].
-            branches: Relaxation of the body on a timed path.
-        """
+        """Prepares a sensor."""
         grid = TaxelGrid.over(lattice, rows=settings.rows, columns=settings.columns)
         return cls(
             taxels=TaxelMap.of(lattice, grid, point_spacing_mm=point_spacing_mm),

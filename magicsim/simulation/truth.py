@@ -22,16 +22,7 @@ AROUND_MM = 2 * POINT_SPACING_MM
 def frame_truth(
     state: FrameState, deformation: Deformation, limits: PressLimits, *, index: int, time_s: float, is_reference: bool
 ) -> FrameTruth:
-    """What is true of a frame.
-
-    Args:
-        state: Where object and light are.
-        deformation: Equilibrium of the lattice.
-        limits: Those of the design.
-        index: Place in the stream.
-        time_s: Time from the first frame [s].
-        is_reference: Whether the frame is one of the references.
-    """
+    """What is true of a frame."""
     force = as_vector(deformation.force_n)
     size = float(np.linalg.norm(deformation.force_n))
     depth = max(0.0, -state.gap_mm) if state.gap_mm is not None else 0.0
@@ -60,13 +51,7 @@ def frame_truth(
 
 
 def is_in_view(state: FrameState, deformation: Deformation, view_mm: Array) -> bool:
-    """Whether a picture covers the middle of what touches, or the place that an object stands before.
-
-    Args:
-        state: Where the object is.
-        deformation: Equilibrium of the lattice.
-        view_mm: From `magicsim.camera.projection.picture_mm`.
-    """
+    """Whether a picture covers the middle of what touches, or the place that an object stands before."""
     if state.gap_mm is None:
         return True
     pressure = deformation.contact_pressure_mpa
@@ -82,12 +67,7 @@ def contact_mask(deformation: Deformation, landing_mm: Array) -> Mask:
     The gap decides, linear between contact points, not the traction: with pointwise multipliers the tractions of
     touching points alternate.
 
-    Args:
-        deformation: Equilibrium of the lattice.
-        landing_mm: Where each pixel looks on the contact face, shape (rows, columns, 2) [mm].
-
-    Returns:
-        Mask of shape (rows, columns).
+    `landing_mm` is where each pixel looks on the contact face; the mask has the shape (rows, columns).
     """
     points = deformation.contact_points_mm[:, :2]
     apart = deformation.contact_gap_mm - np.maximum(deformation.touches_within_mm, TOUCHING_GAP_MM)
@@ -106,13 +86,7 @@ def depth_map_mm(
 
     Linear between the deformed contact points; rays are those of the undeformed sensor, as for the contact mask.
 
-    Args:
-        deformation: Equilibrium of the lattice.
-        landing_mm: Where each pixel looks on the contact face, shape (rows, columns, 2) [mm].
-        design: The block, where its face may be curved: depths are along z from the undeformed face.
-
-    Returns:
-        Shape (rows, columns) [mm].
+    Shape (rows, columns), along z from the undeformed face [mm].
     """
     if deformation.is_rest:
         return np.zeros(landing_mm.shape[:2], np.float32)

@@ -126,12 +126,7 @@ class RunFolder(Generic[Index]):
         return is_sealed((out / self.index).read_bytes())
 
     def open_ledger(self, out: Path, *, owned: Callable[[str], bool] = lambda _: False) -> Ledger:
-        """What earlier runs wrote into a folder; `OutputError` where that has changed, or it holds anything else.
-
-        Args:
-            out: The folder.
-            owned: Whether another list answers for a file, by its name; none does by default.
-        """
+        """What earlier runs wrote into a folder; `OutputError` where that has changed, or it holds anything else."""
         index, known = self.read_index(out), {}
         if index is not None:
             if not self.is_unchanged(out):

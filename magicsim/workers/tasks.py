@@ -171,11 +171,7 @@ class ClusterPool:
     """
 
     def __init__(self, function: Callable[[Any], Any], prepare: Prepare | None, options: WorkerOptions) -> None:
-        """Connects.
-
-        Raises:
-            ConfigError: dask.distributed is not installed, or no scheduler answers at the address.
-        """
+        """Connects; `ConfigError` where dask.distributed is not installed, or no scheduler answers."""
         try:
             import distributed
 
@@ -190,11 +186,7 @@ class ClusterPool:
 
     @property
     def slots(self) -> int:
-        """Worker processes at present.
-
-        Raises:
-            ConfigError: The scheduler has gone away.
-        """
+        """Worker processes at present; `ConfigError` where the scheduler has gone away."""
         workers = self._client.scheduler_info(n_workers=-1).get("workers")
         if workers is None or self._client.status != "running":
             raise ConfigError(f"cluster = '{self._options.cluster}' no longer answers; what is finished is kept")
@@ -243,13 +235,7 @@ QUEUED_PER_SLOT = 2
 
 
 def dealt(numbers: Iterable[int], group: Callable[[int], object], hands: int) -> Iterator[int]:
-    """Numbers in the order in which so many processes do not compute what a group shares at the same time.
-
-    Args:
-        numbers: Those of one group stand together.
-        group: Whose a number is.
-        hands: How many groups are under way at once.
-    """
+    """Numbers in the order in which so many processes do not compute what a group shares at the same time."""
     groups = (list(each) for _, each in groupby(numbers, group))
     while under_way := list(islice(groups, hands)):
         yield from (number for turn in zip_longest(*under_way) for number in turn if number is not None)

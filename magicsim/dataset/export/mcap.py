@@ -74,14 +74,7 @@ class Channels:
 def write_mcap_episode(
     target: Path, rows: Iterable[Row], *, size: tuple[int, int], about: Mapping[str, str] | None = None
 ) -> None:
-    """Writes the rows of one episode.
-
-    Args:
-        target: File that is not there yet.
-        rows: In order of time, with the columns of a dataset.
-        size: Columns and rows of its images [px].
-        about: What the file says of itself beside the version.
-    """
+    """Writes the rows of one episode, in order of time, to a new file; `size` is columns and rows of images [px]."""
     context = foxglove.Context()
     options = MCAPWriteOptions(compression_threads=0)
     with foxglove.open_mcap(str(target), context=context, writer_options=options) as writer:

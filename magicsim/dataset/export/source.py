@@ -42,11 +42,7 @@ class Source:
 
     @cached_property
     def recipe(self) -> Recipe:
-        """What it was drawn from.
-
-        Raises:
-            OutputError: Its frames were recorded, and no recipe draws them; or the recipe's file has changed.
-        """
+        """What it was drawn from; `OutputError` where frames were recorded, or the recipe's file has changed."""
         if self.recorded is not None:
             raise OutputError(f"'{self.folder}' holds recorded frames, which no recipe draws")
         self.content(CONFIG)
@@ -60,11 +56,7 @@ class Source:
         return [each for each in recorded_columns() if each.name in self.recorded.table]
 
     def content(self, name: str) -> bytes:
-        """Content of a file beside the shards, which is compared with the manifest.
-
-        Raises:
-            OutputError: It is missing or not as it was written; the message names it.
-        """
+        """Content of a file beside the shards; an `OutputError` names it where it is not as the manifest lists."""
         listed = self.manifest.listed().get(name)
         if listed is None:
             raise OutputError(f"'{self.folder / name}' is not listed in {MANIFEST}")
@@ -99,11 +91,7 @@ class Source:
         return [entry for entry in self.manifest.shards if entry.split == split]
 
     def episodes(self, shard: ShardEntry) -> Iterator[pa.Table]:
-        """Rows of each episode of a shard, which is compared with the manifest when it is opened.
-
-        Raises:
-            OutputError: The shard is not as it was written; the message names it.
-        """
+        """Rows of each episode of a shard; an `OutputError` names it where it is not as the manifest lists."""
         whole = read_shard(self.folder, shard, schema_of_columns(self.columns))
         numbers = whole["episode"].to_pylist()
         for episode in shard.episodes:
@@ -115,8 +103,7 @@ class Source:
     def pictures(self, table: pa.Table, name: str) -> list[npt.NDArray[np.uint8]]:
         """Pixels of an image column of an episode's rows: (rows, columns, 3) RGB for frames, (rows, columns) for masks.
 
-        Raises:
-            OutputError: One cannot be decoded; the message names the file, the episode and the row.
+        An `OutputError` names file, episode and row of one that cannot be decoded.
         """
         pictures = []
         for row, value in enumerate(table[name].to_pylist()):
@@ -135,11 +122,7 @@ class Source:
 
 
 def open_dataset(folder: Path) -> Source:
-    """A dataset to export.
-
-    Raises:
-        OutputError: The folder holds none, or it is not finished.
-    """
+    """A finished dataset to export; `OutputError` where the folder holds none."""
     manifest = read_manifest(folder)
     if manifest is None:
         raise OutputError(f"'{folder}' holds no dataset: {MANIFEST} is missing")

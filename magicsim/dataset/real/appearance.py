@@ -74,11 +74,7 @@ class Likeness:
 
     @classmethod
     def of(cls, folder: Path) -> "Likeness":
-        """Mean of the references of a run, of a recording, or of a dataset's first episode.
-
-        Raises:
-            ConfigError: It is none of these, or has no references.
-        """
+        """Mean of the references of a run, a recording, or a dataset's first episode; `ConfigError` without any."""
         references: Sequence[Frame]
         if (folder / MANIFEST).is_file():
             frames = open_frames(folder, ("image", "is_reference", "episode"))

@@ -13,16 +13,7 @@ from magicsim.errors import ConfigError, FrameError
 
 
 def formed(frame: Frame, form: FrameForm, *, name: str = "frame") -> Frame:
-    """A frame in the form that a description asks for.
-
-    Args:
-        frame: RGB, shape (rows, columns, 3).
-        form: What to do.
-        name: What a message calls the frame.
-
-    Raises:
-        FrameError: The part to keep is not inside the frame.
-    """
+    """A frame as a description asks for, by its name in a `FrameError` where the part to keep is not inside."""
     pixels: Pixels = frame[..., ::-1] if form.color_order == "bgr" else frame
     if form.crop_px is not None:
         column, row, columns, rows = form.crop_px
@@ -50,12 +41,7 @@ def brightened(frame: Frame, gain: float) -> Frame:
 
 
 def clock_start_s(path: Path) -> float:
-    """When the clock of a video stands at its first frame, which need not be 0 [s].
-
-    Raises:
-        ConfigError: PyAV is missing.
-        FrameError: The file is no video.
-    """
+    """When the clock of a video stands at its first frame, which need not be 0 [s]; needs PyAV (`ConfigError`)."""
     av = _pyav()
     try:
         with av.open(str(path)) as container:

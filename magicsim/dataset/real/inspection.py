@@ -190,11 +190,7 @@ def _of_labels(sequence: RecordedSequence) -> Iterator[str]:
 
 
 def _of_clock(sequence: RecordedSequence, recording: RealRecording) -> Iterator[str]:
-    """Frames without labels, and on which clocks both are.
-
-    Raises:
-        ConfigError: Frames and rows of a film have no time in common.
-    """
+    """Frames without labels, and the clocks of both; `ConfigError` where a film and its rows share no time."""
     if sequence.labels is None:
         return
     if not sequence.is_film:

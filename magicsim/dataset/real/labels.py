@@ -47,11 +47,6 @@ class LabelTable:
 def read_labels(path: Path, description: Description, *, needs_images: bool) -> LabelTable:
     """Reads a CSV file.
 
-    Args:
-        path: With a heading.
-        description: Names of its columns, and factors.
-        needs_images: Whether every row has to name an image.
-
     Raises:
         ConfigError: No such file, a column that it lacks or has twice, more or fewer cells than headings, or a cell
             that is not what its column holds.
@@ -72,10 +67,7 @@ def read_labels(path: Path, description: Description, *, needs_images: bool) -> 
 def at_time(labels: LabelTable, time_s: float, *, most_gap_s: float) -> Row:
     """Labels at a time: numbers linearly between the rows around it, the rest from the nearer one.
 
-    Args:
-        labels: With times that do not fall.
-        time_s: Of the frame, on the labels' clock [s].
-        most_gap_s: Rows farther away say nothing [s].
+    Rows must rise in time, and those farther away than `most_gap_s` say nothing.
     """
     after = int(np.searchsorted(labels.times_s, time_s))
     around = [labels.rows[place] for place in (after - 1, after) if 0 <= place < len(labels.rows)]
@@ -95,11 +87,7 @@ def at_time(labels: LabelTable, time_s: float, *, most_gap_s: float) -> Row:
 
 
 def check_times(labels: LabelTable) -> None:
-    """Refuses labels of a video without times, or with times that fall.
-
-    Raises:
-        ConfigError: It says which row.
-    """
+    """Refuses (`ConfigError`) labels of a video without times, or with times that fall."""
     if "time_s" not in labels.known:
         msg = f"columns.time_s is missing: labels '{labels.path}' of a video need the times that they belong to"
         raise ConfigError(msg)
@@ -193,14 +181,7 @@ def truth_of(row: Row, rules: TruthRules, known: frozenset[str], *, name: str = 
     touch of unknown depth counts as one; else an outside light. What is not known is never no contact: an empty gap
     means no object only where force and contact, as far as there are such columns, do not leave a touch open.
 
-    Args:
-        row: Labels of the frame.
-        rules: What follows from what.
-        known: Which labels the file has at all: an empty gap then means that there is no object.
-        name: What messages call the frame.
-
-    Raises:
-        ConfigError: A word that is no class.
+    An empty gap means no object only where `known` labels have one. `ConfigError` for a word that is no class.
     """
     gap_mm, depth_mm, force_n = row["gap_mm"], row["depth_mm"], size_of_force(row, rules.contact_n)
     if math.isnan(gap_mm) and depth_mm > 0:
@@ -256,13 +237,8 @@ def in_order(entries: Sequence[Entry], table: Path, remark: Remark) -> tuple[Ent
     first. Rows without times that stand in the order of texts (`frame_10` before `frame_2`), or the newest first, are
     put in the order of the numbers in their names. Every episode is looked at by itself and keeps its places.
 
-    Args:
-        entries: Images with their labels, in the order of the rows.
-        table: Where the labels are, for messages.
-        remark: Hears what was changed, and of rows that are in no order of names.
-
-    Raises:
-        ConfigError: Times fall and nothing says what is meant.
+    `ConfigError` where times fall and nothing says what is meant; `remark` hears what was changed, and of rows in no
+    order of names.
     """
     ordered = list(entries)
     for episode in dict.fromkeys(row["episode"] for _, row in entries):

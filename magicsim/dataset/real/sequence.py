@@ -98,11 +98,7 @@ class RecordedSequence:
 
     @cached_property
     def is_film(self) -> bool:
-        """Whether it is one file, a video or an image file of several pictures, whose labels are found by their time.
-
-        Raises:
-            ConfigError: It is neither a folder nor such a file.
-        """
+        """Whether it is one file, whose labels are found by their time; `ConfigError` unless a folder or pictures."""
         path = self.frames_path
         if is_folder(path):
             return False
@@ -125,11 +121,7 @@ class RecordedSequence:
 
     @cached_property
     def labels(self) -> LabelTable | None:
-        """Rows of its CSV file; None without one.
-
-        Raises:
-            ConfigError: It cannot be read, or a film's rows or frames have no times.
-        """
+        """Rows of its CSV file; None without one. `ConfigError` where a film's rows or frames have no times."""
         if self.source.labels is None:
             return None
         labels = read_labels(self.real.path(self.source.labels), self.description, needs_images=not self.is_film)
@@ -178,11 +170,7 @@ class RecordedSequence:
 
     @cached_property
     def survey(self) -> "Survey":
-        """The labels of all its own frames, and some frames.
-
-        Raises:
-            FrameError: A frame that is looked at cannot be read.
-        """
+        """The labels of all its own frames, and some frames."""
         rows: list[Row] = []
         samples: list[RealFrame] = []
         every, scored = 1, 0
@@ -199,11 +187,7 @@ class RecordedSequence:
 
     @cached_property
     def reference_numbers(self) -> frozenset[int]:
-        """Which of its own frames are references, counted from 0.
-
-        Raises:
-            ConfigError: No force is small enough, or the labels of a video do not tell.
-        """
+        """Which of its own frames are references, counted from 0; `ConfigError` where nothing tells that."""
         source = self.source
         if source.untouched_first is not None:
             return frozenset(range(source.untouched_first))
@@ -222,11 +206,7 @@ class RecordedSequence:
         return tuple(dict.fromkeys(row["episode"] for row in rows))
 
     def references(self) -> Iterator[RealFrame]:
-        """Frames of the untouched sensor, at most 30; none where nobody says which those are.
-
-        Raises:
-            ConfigError: Labels say that something touches in one of them.
-        """
+        """At most 30 frames of the untouched sensor, none where none are named; `ConfigError` where one is touched."""
         if self.source.untouched is None:
             for each in islice(self._frames(lambda number, _: number in self.reference_numbers), MOST_REFERENCES):
                 self._check_reference(each)
@@ -333,16 +313,7 @@ def sequences_of(real: RealSource) -> list[RecordedSequence]:
 
 
 def check_size(frame: Frame, size: tuple[int, int], name: str) -> None:
-    """Refuses a frame of another size than those before.
-
-    Args:
-        frame: Shape (rows, columns, 3).
-        size: Rows and columns of those before.
-        name: What the message calls it.
-
-    Raises:
-        FrameError: It says what to set.
-    """
+    """Refuses (`FrameError`) a frame of another size, rows and columns, than those before, and says what to set."""
     if frame.shape[:2] == size:
         return
     now, before = f"{frame.shape[1]} x {frame.shape[0]}", f"{size[1]} x {size[0]}"

@@ -112,11 +112,7 @@ class Drawn(Sequence[DrawnT], Generic[DrawnT]):
 
 
 def draw_sensors(recipe: Recipe, count: int) -> Drawn[DrawnSensor]:
-    """The first sensors of a recipe.
-
-    Raises:
-        ConfigError: A drawn design is not allowed; raised when it is asked for.
-    """
+    """The first sensors of a recipe; a drawn design that is not allowed is an error when it is asked for."""
     numbers = _tolerances(recipe)
     printed = len(_varying(numbers.values()))
     rooms = [len(_varying(each.numbers().values())) for each in recipe.rooms]
@@ -126,12 +122,7 @@ def draw_sensors(recipe: Recipe, count: int) -> Drawn[DrawnSensor]:
 
 
 def draw_episodes(recipe: Recipe) -> Drawn[DrawnEpisode]:
-    """All episodes of a recipe; the first ones stay the same when there are more.
-
-    Raises:
-        ConfigError: Drawn values are not allowed together; the message names the episode, and is raised when that is
-            asked for.
-    """
+    """All episodes of a recipe, the first ones always the same; what is not allowed is an error once asked for."""
     sensors = draw_sensors(recipe, sensor_of(recipe, recipe.episodes - 1) + 1)
     bounds = _place_bounds(recipe)
     camera = len(_varying(_camera(recipe).values()))
@@ -146,11 +137,7 @@ def draw_episodes(recipe: Recipe) -> Drawn[DrawnEpisode]:
 
 
 def _place_bounds(recipe: Recipe) -> Bounds:
-    """Ranges of the places that objects come down at, those of the picture; none where a recipe may leave it.
-
-    Raises:
-        ConfigError: All places of a path are outside of the picture.
-    """
+    """Ranges of places in the picture to come down at, none where it may be left; `ConfigError` with no place."""
     if not recipe.inside or not any(isinstance(path, TouchPath | HoverPath) for path in recipe.paths):
         return {}
     from magicsim.camera.projection import picture_mm

@@ -94,11 +94,7 @@ class ObjectRecipe(Config):
             yield f"{missing[0]} is missing: object kind '{self.kind}' needs it"
 
     def files(self) -> tuple[str, ...]:
-        """Mesh files that may be drawn, sorted.
-
-        Raises:
-            ConfigError: The folder holds none.
-        """
+        """Mesh files that may be drawn, sorted; `ConfigError` where the folder holds none."""
         if self.folder is None:
             return (self.path,) if self.path is not None else ()
         meshes = sorted(path for path in Path(self.folder).glob("*") if path.suffix.lower() in MESH_SUFFIXES)
@@ -117,15 +113,7 @@ class ObjectRecipe(Config):
         return result
 
     def draw(self, draw: Draw, share: float) -> ObjectBase:
-        """One object.
-
-        Args:
-            draw: Gives the value of each number.
-            share: Chooses the mesh file, in [0, 1).
-
-        Raises:
-            ConfigError: The drawn values are not allowed together, or a folder holds no mesh.
-        """
+        """One object: `draw` gives the value of each number, `share` in [0, 1) chooses the mesh file."""
         drawn = {name: draw(name, number) for name, number in self.numbers().items()}
         values: dict[str, Any] = {"kind": self.kind}
         for key in self.model_fields_set - OWN_KEYS:

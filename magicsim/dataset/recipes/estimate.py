@@ -97,11 +97,7 @@ def estimate(
 ) -> Cost:
     """What some of the episodes of a recipe will cost.
 
-    Args:
-        recipe: What they were drawn from.
-        episodes: All of them.
-        chosen: Numbers of those to be simulated, in order; all by default.
-        processes: How many share the work; with fewer sensors than these, each makes the same untouched state.
+    All episodes are chosen by default. With fewer sensors than processes each makes the same untouched state.
     """
     numbers = np.arange(len(episodes)) if chosen is None else chosen
     planned, counted = _some(numbers, LOOKED_AT), _some(numbers, COUNTED)
@@ -207,12 +203,7 @@ def _shared_s(render: RenderSettings, camera: Camera) -> float:
 
 
 def episode_cost(scene: SceneConfig, *, by_force: bool = False) -> tuple[float, float]:
-    """Core seconds of an episode without the anchor, and the bytes of its rows.
-
-    Args:
-        scene: What happens.
-        by_force: Whether the depth of its press is found first.
-    """
+    """Core seconds of an episode without the anchor, and the bytes of its rows; by force a depth is found first."""
     render, camera, plan = scene.render, scene.rig.camera, plan_scene(scene)
     pixels = camera.rows * camera.columns
     rendered = [frame for frame in plan.frames if frame.same_as is None]

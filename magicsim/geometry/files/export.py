@@ -65,10 +65,7 @@ def write_3mf(path: Path, parts: Sequence[PrintedPart]) -> None:
 
     Positions are stored in single precision, as the library does.
 
-    Raises:
-        OutputError: There is no 3MF library for this processor.
-        GeometryError: The library does not take a mesh for a closed solid.
-        OSError: The file cannot be written.
+    `OutputError` where there is no 3MF library for this processor, `GeometryError` where it takes a mesh for open.
     """
     try:
         import lib3mf
@@ -115,11 +112,7 @@ def _structures(kind: Any, rows: np.ndarray[Any, Any]) -> Any:  # noqa: ANN401 -
 
 
 def write_glb(path: Path, parts: Sequence[PrintedPart]) -> None:
-    """Writes the parts as named nodes; the stored vertices are in mm, the nodes' matrices make them metres.
-
-    Raises:
-        OSError: The file cannot be written.
-    """
+    """Writes the parts as named nodes; the stored vertices are in mm, the nodes' matrices make them metres."""
     scene = trimesh.Scene()
     for part in parts:
         mesh = trimesh.Trimesh(part.mesh.vertices, part.mesh.faces, process=False)

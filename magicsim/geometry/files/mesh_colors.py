@@ -18,12 +18,7 @@ MAX_PIXELS = 50_000_000
 def file_colors(path: str, points: Array) -> Array:
     """Diffuse reflectance at points of a mesh's surface, in linear RGB, from its texture, its vertices or its faces.
 
-    Args:
-        path: An OBJ, PLY or GLB file that `mesh_file.load_mesh` has accepted.
-        points: In the file's units, z up, shape (points, 3).
-
-    Raises:
-        ConfigError: The file holds no colours.
+    Points are in the units of an OBJ, PLY or GLB file, z up, shape (points, 3); `ConfigError` where it has no colours.
     """
     mesh = read_mesh(path)
     visual: Any = mesh.visual

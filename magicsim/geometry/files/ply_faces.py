@@ -53,12 +53,11 @@ class Element:
 
 
 def triangulated_ply(content: bytes) -> bytes | None:
-    """Vertices and triangles, where a polygon is concave or coloured, or polygons of a binary file differ in size.
+    """Vertices and triangles, where polygons are concave or coloured, or differ in size in a binary file.
 
     None where the reader takes the file as it is.
 
-    Raises:
-        ValueError: The file is broken, or a face names a vertex that is not there.
+    None where the reader takes the file as it is; `ValueError` where it is broken.
     """
     end = END.search(content)
     header = content[: end.start() if end else 0].decode("ascii", errors="replace").splitlines()

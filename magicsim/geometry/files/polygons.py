@@ -24,8 +24,7 @@ def triangulated_obj(content: bytes) -> bytes | None:
 
     Corners keep what they name (vertex, texture, normal), and lines their order.
 
-    Raises:
-        ValueError: A number cannot be read, or a face names a vertex that is not there.
+    `ValueError` where a number cannot be read, or a face names a vertex that is not there.
     """
     lines = JOINED.sub("", content.decode("utf-8", errors="replace")).splitlines()
     vertices: list[list[float]] = []
@@ -59,8 +58,7 @@ def _counted(corner: str, counts: tuple[int, ...]) -> str:
 def off_as_obj(content: bytes) -> bytes:
     """Vertices and faces of an OFF file as the text of an OBJ file; colours and normals are left out.
 
-    Raises:
-        ValueError: It is no text in three dimensions, or ends early.
+    `ValueError` where it is no text in three dimensions, or ends early.
     """
     text = re.sub(r"#.*", "", content.decode("utf-8", errors="replace"))
     header = OFF_HEADER.match(text)
@@ -84,9 +82,6 @@ def cut_polygons(points: Array, polygons: Sequence[Sequence[int]]) -> dict[int, 
     """Triangles of the polygons that a fan from their first corner does not cover, by their numbers.
 
     Triangles name corners as counted along their polygon. Points have the shape (points, 3).
-
-    Raises:
-        ValueError: A polygon names a point that is not there.
     """
     groups: dict[int, list[int]] = defaultdict(list)
     for number, polygon in enumerate(polygons):

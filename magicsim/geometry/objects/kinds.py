@@ -46,8 +46,7 @@ def parse_object(text: str) -> AnyObject:
 
     Several numbers are written `4x4x8` or, as in TOML, `[4,4,8]`. The name of a mesh may have commas.
 
-    Raises:
-        ConfigError: Unknown kind, name or key, or a value that is not allowed.
+    `ConfigError` for an unknown kind, name or key, or a value that is not allowed.
     """
     kind, separator, settings = text.partition(":")
     if not separator and (kind in preset_names("object") or kind.endswith(".toml")) and kind not in OBJECT_KINDS:
@@ -91,12 +90,7 @@ def _numbers(text: str) -> str | list[str]:
 
 
 def find_object(name: str | Path) -> AnyObject:
-    """An object by preset name, or from the user's own TOML file.
-
-    Raises:
-        PresetError: No such preset or file.
-        ConfigError: The content is not acceptable.
-    """
+    """An object by preset name, or from the user's own TOML file."""
     path = find_preset("object", name)
     data = read_whole(path)
     kind = str(data.get("kind", ""))

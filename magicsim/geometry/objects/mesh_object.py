@@ -29,11 +29,7 @@ class MeshObject(ObjectBase):
     """Smallest detail that contact resolves [mm]; half of the mesh's smallest extent by default."""
 
     def surface(self) -> SurfaceMesh:
-        """See `ObjectBase.surface`, with the colours of the file where they are asked for.
-
-        Raises:
-            ConfigError: The file does not exist, cannot press, or holds no colours.
-        """
+        """See `ObjectBase.surface`, with the file's colours where asked for; `ConfigError` where it cannot press."""
         surface = self.shape().mesh()
         if not self.file_colors:
             return surface
@@ -44,11 +40,7 @@ class MeshObject(ObjectBase):
         return replace(surface, colors=file_colors(self.path, points))
 
     def shape(self) -> Shape:
-        """The solid, read from its file.
-
-        Raises:
-            ConfigError: The file does not exist or does not hold a mesh that can press.
-        """
+        """The solid, read from its file; `ConfigError` where that holds no mesh that can press."""
         from magicsim.geometry.files.mesh_file import load_mesh
 
         return self.entered_from_above(load_mesh(self.path, scale=self.scale, feature_mm=self.feature_mm))

@@ -59,10 +59,8 @@ class ObjectBase(Config):
     ) -> Shape:
         """The solid with contact by the side of entry, its approach along the sensor's +z in this orientation.
 
-        Args:
-            solid: The exact solid.
-            shell_mm: See `EntrySide.shell_mm`; by default 0.05 mm or a quarter of a feature.
-            reach_mm: See `EntrySide.reach_mm`; by default 0.5 mm or two features.
+        Shell and reach are those of `EntrySide`, by default 0.05 mm or a quarter of a feature, and 0.5 mm or two
+        features.
         """
         x, y, z = Pose.from_degrees(np.zeros(3), roll=self.roll_deg, pitch=self.pitch_deg).rotation[2].tolist()
         shell = shell_mm if shell_mm is not None else min(SHELL_MM, SHELL_SHARE * solid.feature_mm)

@@ -41,12 +41,7 @@ class MeshShape:
 
     @classmethod
     def of(cls, surface: SurfaceMesh, *, feature_mm: float | None = None) -> Self:
-        """Builds the tree and the pseudonormals.
-
-        Args:
-            surface: Closed and outward.
-            feature_mm: See `Shape.feature_mm`; half of the smallest extent by default [mm].
-        """
+        """Tree and pseudonormals of a closed surface; a feature is half of its smallest extent by default."""
         faces = surface.faces.astype(np.int64)
         tree = igl.AABB()
         tree.init(surface.vertices, faces)

@@ -48,11 +48,7 @@ class ConvexProfile:
     arcs: tuple[Arc, ...]
 
     def distance(self, places: Array) -> tuple[Array, Array]:
-        """Signed distance, shape (count,) [mm], and outward unit normal, shape (count, 2), exact on both sides.
-
-        Args:
-            places: Radial and axial coordinates, radial not negative, shape (count, 2) [mm].
-        """
+        """Signed distance [mm] and outward unit normal, exact on both sides, of radius and height, (count, 2)."""
         best = np.full(len(places), np.inf)
         normal = np.zeros_like(places)
         start = -90.0

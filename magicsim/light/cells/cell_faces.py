@@ -62,13 +62,7 @@ class CellFaces:
 
 
 def cell_faces(vertices: Array, topology: CellTopology, fused: Index | None = None) -> CellFaces:
-    """Lays out the faces of a deformed grid.
-
-    Args:
-        vertices: Of all cells, cell after cell, shape (vertices, 3) [mm].
-        topology: How a cell is put together.
-        fused: Numbers of cells, of any shape, whose faces no argument holds for; none by default.
-    """
+    """Lays out the faces of a deformed grid, cell after cell; no argument holds for those of `fused` cells."""
     cells = int(np.prod(topology.counts))
     corners = vertices.reshape(cells, -1, 3)
     faces, triangles = corners[:, topology.corners], _triangles(topology)

@@ -40,12 +40,7 @@ class FingerBody:
 
     @classmethod
     def of(cls, footprint_mm: tuple[float, float], depth_mm: float) -> Self:
-        """A finger.
-
-        Args:
-            footprint_mm: Size of the contact face along x and y [mm].
-            depth_mm: From the face to the end of the housing [mm].
-        """
+        """A finger with a contact face of this size along x and y [mm], and so deep to the end of its housing [mm]."""
         counts = tuple(int(np.ceil(size / QUAD_MM)) for size in footprint_mm)
         half = np.array(footprint_mm) / 2
         axes = [np.linspace(-end, end, count + 1) for end, count in zip(half, counts, strict=True)]
@@ -116,15 +111,7 @@ class FacingFinger:
         finish: Finish,
         companion: SurfaceMesh | None,
     ) -> Self:
-        """A finger with something before it.
-
-        Args:
-            body: The finger.
-            glow: What leaves its face.
-            object_mesh: The object in its own frame, or None.
-            finish: Its surface.
-            companion: What may be seen beside the object and touches nothing, with colours, in its own frame.
-        """
+        """A finger with an object before it, and a companion that has colours and touches nothing."""
         mesh, joined = with_object(body, object_mesh, finish, glow.reflectance, companion)
         own, other = (each.vertices if each is not None else np.zeros((0, 3)) for each in (object_mesh, companion))
         last = len(mesh.faces) - len(body.mesh.faces)
@@ -178,12 +165,8 @@ def with_object(
 ) -> tuple[SurfaceMesh, Finish]:  # fmt: skip
     """One mesh of object, companion and finger, in the frame that smoothing is made for, and its surface.
 
-    Args:
-        body: The finger.
-        object_mesh: The object in its own frame, or None.
-        finish: Its surface, whose share of mirrored light the others take on.
-        reflectance: Of the finger's face, shape (3,).
-        companion: What stands beside the object, in its own frame, grey where it has no colours, or None.
+    All take on the object's share of mirrored light. The finger's face has `reflectance`, shape (3,); a companion
+    without colours is grey.
     """
     colors = np.full((len(body.mesh.vertices), 3), HOUSING)
     colors[: body.face_vertices] = reflectance
@@ -215,11 +198,8 @@ def _joined(parts: Sequence[SurfaceMesh]) -> SurfaceMesh:
 def all_placed(body: FingerBody, distance_mm: float, *bodies: tuple[Array | None, int]) -> Array:
     """Vertices of object, companion and finger where they are, shape (vertices, 3) [mm].
 
-    Args:
-        body: The finger.
-        distance_mm: Of the contact faces [mm].
-        bodies: Vertices of what is before the finger, and how many it has; None where it is away: it then has no
-            surface, at a point inside the finger.
+    `bodies` are vertices of what is before the finger, and how many it has; None where it is away: it then has no
+    surface, at a point inside the finger.
     """
     finger = body.placed(distance_mm)
     inside = np.array([0.0, 0.0, (finger[:, 2].min() - distance_mm) / 2])

@@ -99,14 +99,8 @@ def facing_light(
 ) -> LightField:  # fmt: skip
     """What the facing finger's light brings to cells and body; what it brings to the object is gathered elsewhere.
 
-    Args:
-        world: The loaded scene.
-        outside: What stands before the block in a scene of its own, or None where it is in the block's.
-        glow: What leaves the facing finger.
-        distance_mm: Of the contact faces [mm].
-        footprint_mm: Size of the contact face along x and y [mm].
-        seed: Of the frame.
-        most: Particles that are traced at most.
+    `outside` is None where what stands before the block is in the block's own scene; `most` particles are traced at
+    most.
     """
     dark = world.darkness(outside)
     chosen = arriving(glow.rays, distance_mm, footprint_mm, most=most)
@@ -126,11 +120,7 @@ def arriving(rays: Array, distance_mm: float, footprint_mm: tuple[float, float],
     An object between is met on the way, or sends on what would have missed; the latter is left to the light that is
     gathered on it.
 
-    Args:
-        rays: In the facing finger's frame, shape (rays, 9).
-        distance_mm: Of the contact faces [mm].
-        footprint_mm: Size of the contact face along x and y [mm].
-        most: Every so manieth is taken, the brighter for it, where there are more.
+    Where there are more than `most`, every so manieth is taken, the brighter for it.
     """
     seen = rays.copy()
     seen[:, :3] *= HALF_TURN

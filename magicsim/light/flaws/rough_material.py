@@ -90,14 +90,7 @@ mi.register_bsdf("rough_interface", RoughInterface)
 
 
 def interface_bsdf(inside: float, outside: float, alpha: float, top_mm: float) -> dict[str, Any]:
-    """Entry of the interface of two clear media.
-
-    Args:
-        inside: Index on the inner side.
-        outside: Index on the outer one.
-        alpha: Slope that half of its facets exceed, 0 where it is smooth.
-        top_mm: Height above which it is smooth [mm].
-    """
+    """Entry of the interface of two clear media, smooth above a height; `alpha` as in `rough_surfaces`."""
     if alpha == 0:
         return {"type": "dielectric", "int_ior": inside, "ext_ior": outside}
     return {"type": "rough_interface", "ior": inside / outside, "alpha": alpha, "top_mm": top_mm}

@@ -11,7 +11,7 @@ white furnace stays white. A model of single bounces loses what meets a second f
 facets that a ray sees are drawn by spherical caps (Dupuy and Benyoub, Computer Graphics Forum 42, 2023).
 
 Directions are in the local frame of a hit, and -z is where the index is `eta` times that on the other side. A height
-counts as the share of the field that lies below it.
+counts as the share of the field that lies below it, and half of the facets exceed the slope `alpha`.
 """
 
 from dataclasses import dataclass
@@ -40,14 +40,7 @@ class Facet:
 
 
 def first_facet(wi: Any, alpha: Any, eta: Any, numbers: Any) -> Facet:
-    """Where a ray from afar meets the field.
-
-    Args:
-        wi: Towards where it comes from, mi.Vector3f.
-        alpha: Slope that half of the facets exceed.
-        eta: Index on the side of -z over that of +z.
-        numbers: Random numbers, mi.PCG32.
-    """
+    """Where a ray from afar, `wi` towards where it comes from, meets the field."""
     outside = wi.z > 0
     depth = _flown(-dr.abs(wi.z), mi.Float(1), alpha, numbers.next_float32())
     height = dr.select(outside, depth, 1 - depth)
@@ -56,17 +49,7 @@ def first_facet(wi: Any, alpha: Any, eta: Any, numbers: Any) -> Facet:
 
 @dr.syntax  # type: ignore[untyped-decorator]
 def walk_on(direction: Any, outside: Any, height: Any, alpha: Any, eta: Any, numbers: Any, active: Any) -> Any:
-    """Direction in which a ray leaves the field, mi.Vector3f; it leaves on the side that this points to.
-
-    Args:
-        direction: In which it leaves its first facet, mi.Vector3f.
-        outside: Whether it is then on the side of +z, mi.Bool.
-        height: Of that facet.
-        alpha: Slope that half of the facets exceed.
-        eta: Index on the side of -z over that of +z.
-        numbers: Random numbers, mi.PCG32.
-        active: Which rays walk.
-    """
+    """Direction in which a ray leaves the field after its first facet, mi.Vector3f, on the side that it points to."""
     way, above, level = mi.Vector3f(direction), mi.Bool(outside), mi.Float(height)
     steps, going = mi.UInt32(0), mi.Bool(active)
     while going:
@@ -87,14 +70,7 @@ def walk_on(direction: Any, outside: Any, height: Any, alpha: Any, eta: Any, num
 
 
 def _flown(cosine: Any, height: Any, alpha: Any, u: Any) -> Any:
-    """Height at which a ray meets a facet, 1 or more where it leaves; both seen from its own side.
-
-    Args:
-        cosine: Of its direction with the outward normal.
-        height: Where it starts.
-        alpha: Slope that half of the facets exceed.
-        u: Uniform in [0, 1).
-    """
+    """Height at which a ray meets a facet, 1 or more where it leaves; both seen from its own side, `u` uniform."""
     squared = dr.square(cosine)
     spread = dr.sqrt(1 + dr.square(alpha) * dr.maximum(1 - squared, STEEP) / dr.maximum(squared, STEEP))
     # Smith's Lambda, below -1 for directions that go down and above 0 for those that go up.
@@ -103,16 +79,7 @@ def _flown(cosine: Any, height: Any, alpha: Any, u: Any) -> Any:
 
 
 def _met(wi: Any, outside: Any, height: Any, alpha: Any, eta: Any, sample: Any) -> Facet:
-    """A facet that a ray sees.
-
-    Args:
-        wi: Towards where it comes from, mi.Vector3f.
-        outside: Whether it is on the side of +z.
-        height: Of the facet.
-        alpha: Slope that half of the facets exceed.
-        eta: Index on the side of -z over that of +z.
-        sample: mi.Point2f, uniform.
-    """
+    """A facet that a ray sees, `wi` towards where it comes from."""
     seen = dr.select(outside, wi, -wi)
     stretched = dr.normalize(mi.Vector3f(alpha * seen.x, alpha * seen.y, seen.z))
     z = dr.fma(1 - sample.y, 1 + stretched.z, -stretched.z)

@@ -131,17 +131,7 @@ def turned(scatterers: Scatterers | None, ray: Any, bump: Bump, sampler: Any) ->
 def _through_bubble(
     scatterers: Scatterers, point: Any, centre: Any, radius: Any, way: Any, u: Any, v: Any
 ) -> tuple[Any, Any]:
-    """Where and in which direction light leaves a bubble.
-
-    Args:
-        scatterers: For the index.
-        point: Where it meets it, mi.Point3f.
-        centre: Of the sphere, mi.Point3f.
-        radius: Of the sphere.
-        way: Its direction, mi.Vector3f.
-        u: Uniform in [0, 1), decides whether it enters.
-        v: Uniform in [0, 1), decides after how many chords it leaves.
-    """
+    """Where and in which direction light leaves a bubble; `u` decides whether it enters, `v` after how many chords."""
     normal = dr.normalize(point - centre)
     cosine = dr.clip(-dr.dot(normal, way), 0, 1)
     tangent = way + cosine * normal

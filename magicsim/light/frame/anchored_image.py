@@ -69,11 +69,6 @@ def change_beyond_noise(now: FloatImage, control: FloatImage, anchor: FloatImage
 
     A pixel's own values are left out, so that its own noise chooses neither its share nor its weight. Near the border
     the mirror brings them back with a weight of 1 % at most. Every pixel sums in one order: crops are exact.
-
-    Args:
-        now: Radiance of the frame, shape (rows, columns, 3).
-        control: The untouched sensor with the frame's random numbers and samples, of the same shape.
-        anchor: The untouched sensor with many samples, of the same shape.
     """
     changes, noises = (_by_length(each.astype(np.float64) - anchor) for each in (now, control))
     *fine, smooth = (_without_shared_noise(*each) for each in zip(changes, noises, strict=True))

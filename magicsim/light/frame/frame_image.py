@@ -115,11 +115,6 @@ def spread(change: Array, level: Array, counts: tuple[int, int, int]) -> Array:
 
     Each cell's change goes to its neighbours by a Gaussian's weights times their level: what changes light from cell to
     cell is the grid, and that of the untouched sensor is known.
-
-    Args:
-        change: Shape (cells, 3).
-        level: Light of the untouched sensor, shape (cells, 3).
-        counts: Cells along x, y and z.
     """
     around = _neighbours(level, counts)
     share = np.divide(change, around, out=np.zeros_like(change), where=around > 0)

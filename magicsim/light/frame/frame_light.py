@@ -36,11 +36,7 @@ CHANNELS = 3
 
 
 def lifted(vertices: Array) -> Array:
-    """The object moved back along z until it only just does not touch, shape (vertices, 3) [mm].
-
-    Args:
-        vertices: The object where it is, of the same shape [mm].
-    """
+    """The object's vertices moved back along z until it only just does not touch, shape (vertices, 3) [mm]."""
     return np.asarray(np.round(vertices - np.array([0.0, 0.0, vertices[:, 2].max() + LIFTED_MM]), LIFTED_DIGITS))
 
 

@@ -109,13 +109,8 @@ class RecordedPaths:
     ) -> Array:
         """Radiance that some pixels get from what stands outside, less that of the room behind it, shape (pixels, 3).
 
-        Args:
-            environment: What shines from all around where nothing stands before the block, or None.
-            outside: What stands there.
-            irradiance: Of the object's triangles, shape (triangles, 3).
-            finish: Surface of the object.
-            pixels: Numbers of the pixels, row by row of the film.
-            room: What alone shines, from all around; all lights do by default.
+        `environment` shines from all around where nothing stands before the block; of the room `room` alone shines, all
+        lights by default. Pixels are numbered row by row.
         """
         if not len(self.owner):  # nothing leaves a black block, and the renderer cannot loop over no rays
             return np.zeros((len(pixels), 3))

@@ -28,15 +28,8 @@ def untouched(
 ) -> Untouched:  # fmt: skip
     """The untouched sensor, and what its camera paths and its light pass before they leave the block.
 
-    Args:
-        world: The scene with nothing before the block.
-        particles: Of each light.
-        seed: Random stream of both passes.
-        samples: Paths of each pixel.
-        most: Paths of each pixel that are recorded at most; all others only count in the image.
-        recorded: Particles of each strip whose way out is taken down.
-        with_room: Whether that of the room's particles is taken down too.
-        regions: Boxes to tell which of them each pixel's paths met surfaces in, if that is asked for.
+    Of the paths of each pixel `most` are recorded, all others only count in the image; of the particles of each strip
+    `recorded` are taken down, and those of the room if asked for. Regions tell where paths met surfaces.
     """
     strips = {name: count for name, count in particles.items() if name != ENVIRONMENT}
     first = max(1, min(recorded, *strips.values())) if strips else 1

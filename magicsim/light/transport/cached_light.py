@@ -100,12 +100,7 @@ class Voxels:
 
 
 def body_voxels(elastomer: Elastomer, inset_mm: float) -> Voxels:
-    """Voxels as large as the grid's pitch, with faces where the LED strips shine from, and one more layer outside.
-
-    Args:
-        elastomer: The block at rest.
-        inset_mm: Depth of the strips inside the body [mm].
-    """
+    """Voxels as large as the grid's pitch, with faces where the LED strips shine from, and one more layer outside."""
     design = elastomer.design
     size = np.array([*design.footprint_mm, design.height_mm]) - [2 * inset_mm, 2 * inset_mm, 0]
     plain = min(PLAIN_MM, design.height_mm / LAYERS)
@@ -171,16 +166,7 @@ class VoxelField:
     """Points along a ray that its light is taken from: a random one, or so many even ones."""
 
     def along(self, ray: Any, begin: Any, kept: Any, sigma_t: Any, sample: Any, active: Any) -> Any:
-        """Mean over the collisions of a ray.
-
-        Args:
-            ray: The ray.
-            begin: Where the voxels' medium begins on it [mm].
-            kept: Transmittance from there to the ray's end.
-            sigma_t: Extinction [1/mm].
-            sample: Uniform, decides where one point is.
-            active: Which rays count.
-        """
+        """Mean over the collisions of a ray in the voxels' medium; a uniform sample decides where one point is."""
         samples = [sample] if self.steps == 1 else [(step + 0.5) / self.steps for step in range(self.steps)]
         values = [self.at(ray(begin + free_path(each, kept, sigma_t)), active) for each in samples]
         return values[0] if self.steps == 1 else sum(values[1:], values[0]) / self.steps
@@ -219,13 +205,7 @@ def cell_elements(fluence: Array, centres_mm: Array | None, counts: tuple[int, i
 
 
 def body_elements(light: Array, part: BodyPart, voxels: Voxels) -> Elements:
-    """Light in the voxels of a body, with slopes between the LED strips.
-
-    Args:
-        light: Fluence times what each voxel holds of the body, shape (voxels, 3) [mm3].
-        part: What they hold.
-        voxels: Where they are.
-    """
+    """Light in the voxels of a body [mm3], with slopes between the LED strips."""
     held = part.held_mm3[:, None]
     fluence = np.divide(light, held, out=np.zeros_like(light), where=held > 0)
     slopes, inner = np.zeros((len(fluence), AXES, 3)), voxels.inner

@@ -48,11 +48,7 @@ def gather_radiance(
     scene: Any, shapes: Shapes, media: Media, light: CachedLight, finish: Finish, starts: PathStarts, *, seed: int,
     max_depth: int, forward: Medium | None, followed: int, record: PathRecord | None,
 ) -> Any:  # fmt: skip
-    """Sum of the radiance of every lane's paths.
-
-    Returns:
-        mi.Color3f, one a lane.
-    """
+    """Sum of the radiance of every lane's paths, mi.Color3f."""
     # Opaque: the compiled kernel then serves any seed.
     state = dr.opaque(mi.UInt64, seed)
     sampler = mi.PCG32(size=1, initstate=mi.UInt64(starts.pixel))

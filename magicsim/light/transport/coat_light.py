@@ -237,12 +237,7 @@ class CoatSolver:
         return dr.normalize(mi.Vector3f(crossing - place))
 
     def _straight(self, points: Array, *, by_sides: bool = False) -> Seen:
-        """Light of the lamps at places, shadows and all.
-
-        Args:
-            points: Shape (places, 3) [mm].
-            by_sides: Whether only ways count that turn at a side.
-        """
+        """Light of the lamps at places [mm], shadows and all; perhaps only by ways that turn at a side."""
         parts_d, parts_l = [], []
         for lights in self.coating.lights:
             fine = lights.nodes(*FINE) if isinstance(lights, Strips) else lights.nodes()

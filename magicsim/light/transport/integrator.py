@@ -13,12 +13,7 @@ class FluenceIntegrator(mi.CppADIntegrator):  # type: ignore[misc]
     """Renders a world's own scene; holds the world, which knows nothing of it."""
 
     def __init__(self, world: LitWorld, *, particles: int) -> None:
-        """For the state in which the world is when an image is asked for.
-
-        Args:
-            world: Scene, media and passes.
-            particles: Of all strips together, see `LitWorld.shares`.
-        """
+        """For the state in which the world is when an image is asked for."""
         super().__init__(mi.Properties())
         self._world, self._particles = world, particles
 

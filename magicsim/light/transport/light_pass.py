@@ -73,11 +73,7 @@ class Tracks:
 
 
 def sum_tracks(parts: Sequence[Tracks]) -> Tracks:
-    """Sum of several chunks, without their accounts of where the light went; integers, so that order does not matter.
-
-    Raises:
-        RenderError: A sum has more digits than the integers.
-    """
+    """Sum of several chunks, without their accounts of light; `RenderError` where integers have too few digits."""
     return Tracks(
         cells=_added([part.cells for part in parts]),
         body=_added([part.body for part in parts]),
@@ -103,16 +99,9 @@ def deposit_tracks(
 ) -> Tracks:  # fmt: skip
     """Traces particles and adds up weight x path length per cell and channel.
 
-    Args:
-        scene: The loaded scene.
-        starts: Where they start.
-        shapes: Body, infill and object.
-        media: Optical constants, scattering as it is to be followed: reduced, or by the true phase function.
-        voxels: Of the body, or None where it does not scatter.
-        lights: Number of lights, each of which has deposits of its own.
-        max_depth: Longest path.
-        balance: Whether to keep account of where the light goes.
-        record: Takes down what leaves, or None.
+    Scattering is followed as the media say it: reduced, or by the true phase function. Voxels are None where the body
+    does not scatter; each light has deposits of its own; `balance` keeps account of where the light goes, `record`
+    takes down what leaves.
     """
     lanes = -(-starts.particles // TURNS)
     # Opaque: the compiled kernel then serves any chunk.

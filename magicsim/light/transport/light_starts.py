@@ -80,15 +80,7 @@ class LightStarts:
 
     @classmethod
     def escaped(cls, numbers: Any, rays: Any, weights: Any, brightest: Any, *, seed: int) -> Self:
-        """Starts of particles that left the untouched block and meet something outside.
-
-        Args:
-            numbers: A number of each particle, no two alike, mi.UInt32.
-            rays: Along which they leave.
-            weights: That they carry.
-            brightest: See above.
-            seed: Random stream.
-        """
+        """Starts of particles that left the untouched block and meet something outside; each has its own number."""
         size = dr.width(numbers)
         # Numbers of its own for each particle, whichever others meet something.
         streams = mi.UInt64(numbers)
@@ -101,11 +93,7 @@ class LightStarts:
         return starts
 
     def some(self, kept: Any) -> Self:
-        """Some of these particles.
-
-        Args:
-            kept: Their places, mi.UInt32.
-        """
+        """Some of these particles, by their places, mi.UInt32."""
         rays = self.rays
         starts = type(self)(
             rays=mi.Ray3f(dr.gather(mi.Point3f, rays.o, kept), dr.gather(mi.Vector3f, rays.d, kept)),

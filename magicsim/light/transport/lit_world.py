@@ -155,14 +155,7 @@ class LitWorld(World):
         }
 
     def deposited(self, cells: Array, body: Array, landed: Array, outside: Outside | None = None) -> LightField:
-        """The light field of what particles left behind.
-
-        Args:
-            cells: Flux x path length in each cell, shape (cells, 3) [mm].
-            body: That in each voxel, shape (voxels, 3) [mm].
-            landed: Flux on each of the object's triangles, shape (triangles, 3).
-            outside: What stands before the block in a scene of its own.
-        """
+        """The light field of what particles left behind: flux x path length in cells and voxels, flux on triangles."""
         irradiance = self.inventory.irradiance(self.inventory.shapes(outside), landed)
         return LightField(fluence=cells / self.inventory.volumes_mm3(), body=body, irradiance=irradiance)
 

@@ -59,12 +59,7 @@ class Regions:
         return place[0] + self.counts[0] * (place[1] + self.counts[1] * place[2])
 
     def reach(self, vertices: Array, faces: npt.NDArray[np.int32]) -> sp.csr_matrix:
-        """Which boxes the triangles of each vertex reach, shape (boxes, vertices).
-
-        Args:
-            vertices: At rest, shape (vertices, 3) [mm].
-            faces: Triangles.
-        """
+        """Which boxes the triangles of each vertex reach at rest, shape (boxes, vertices)."""
         corners, shape = vertices[faces], (int(np.prod(self.counts)), len(vertices))
         low, high = (self._places(end) for end in (corners.min(1), corners.max(1)))
         boxes, owners = [], []

@@ -57,12 +57,9 @@ class CameraStarts:
     def of(cls, sensor: Any, *, samples: int, pixels: Numbers, pattern: int, part: range) -> Self:
         """Starts at a part of the film.
 
-        Args:
-            sensor: Of the scene.
-            samples: Camera samples a pixel.
-            pixels: Numbers of the pixels, row by row of the film, one lane each.
-            pattern: Another number scrambles every pixel's pattern at random: errors of images are then independent.
-            part: Numbers of the samples of each pixel that are traced; the others count as dark.
+        Pixels are numbered row by row, one lane each. Another pattern scrambles them at random, so that errors of
+        images are independent; of the samples of each pixel only those of a part may be traced, the others counting as
+        dark.
         """
         columns, rows = sensor.film().size()
         pixel = mi.UInt32(aligned(pixels, np.uint32))
@@ -156,11 +153,8 @@ class ObjectRays:
 def object_rays(mesh: SurfaceMesh, count: int, *, seed: int, beside: tuple[int, int] = (0, 0)) -> ObjectRays:
     """Spreads rays over an object, most of them where it is close to the block and faces it.
 
-    Args:
-        mesh: Its surface in the sensor's frame.
-        count: Number of rays; a large object gets twice or four times as many.
-        seed: Random stream.
-        beside: First triangle that is at the edge of the picture at most, and the first one after these.
+    A large object gets twice or four times as many rays, and triangles from the first to the second of `beside`, at the
+    edge of the picture, few.
     """
     corners = mesh.vertices[mesh.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

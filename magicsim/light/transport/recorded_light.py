@@ -94,13 +94,7 @@ class RecordedLight:
         return np.stack([np.array(each) for each in column], 1)
 
     def met(self, outside: Outside, *, seed: int, gone: npt.NDArray[np.bool_] | None = None) -> LightStarts | None:
-        """The particles that meet the object, None where none does.
-
-        Args:
-            outside: What stands there.
-            seed: Random stream.
-            gone: Which particles never come so far, shape (particles,); all do by default.
-        """
+        """The particles that meet the object outside, but for those that are `gone`; None where none does."""
         if not dr.width(self.brightest):  # the renderer ends the process where it is to trace no rays
             return None
         si = outside.scene.ray_intersect_preliminary(self.rays)

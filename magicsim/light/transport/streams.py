@@ -38,17 +38,10 @@ def generators(dimensions: int) -> list[int]:
 
 
 def sequence(index: Any, shift: list[Any]) -> list[Any]:
-    """Low-discrepancy points number `index`, shifted on the torus.
+    """Low-discrepancy points number `index`, shifted on the torus, one mi.Float in [0, 1) a dimension.
 
     The additive recurrence on powers of the generalised golden ratio (Roberts 2018, R_d), computed modulo 2^32 in
     integers, so that it stays exact for any index.
-
-    Args:
-        index: mi.UInt32 of any width.
-        shift: One mi.UInt32 a dimension, of the same width or 1.
-
-    Returns:
-        One mi.Float in [0, 1) a dimension.
     """
     steps = generators(len(shift))
     # The upper 24 bits are what a float32 holds below 1.

@@ -66,11 +66,7 @@ class CoatedFace:
         return values
 
     def maps(self, values: Array) -> Array:
-        """Linear maps from places on each triangle of the body to values, shape (triangles, values, 4); 0 off the face.
-
-        Args:
-            values: At the corners of the facets, shape (facets, 3, values).
-        """
+        """Linear maps from places on the body's triangles to values, shape (triangles, values, 4); 0 off the face."""
         found = np.zeros((self.triangles, values.shape[-1], 4))
         found[self.numbers] = affine_maps(self.places_mm[self.facets], values)
         return found
@@ -105,14 +101,7 @@ class CoatLight:
         return cls(maps=mi.Float(aligned(maps, np.float32).ravel()), lobes=flat, counts=sizes, shown=shown)
 
     def sent(self, si: Any, color: Any, straight: Any, active: Any) -> Any:
-        """Radiance of the coat where paths meet it, mi.Color3f.
-
-        Args:
-            si: The hits.
-            color: Of the ground, mi.Color3f.
-            straight: Which paths come straight from the camera.
-            active: Which count.
-        """
+        """Radiance of the coat where paths meet it, mi.Color3f, some of which come straight from the camera."""
         row = COEFFICIENTS * si.prim_index
         values = [dr.gather(mi.Vector4f, self.maps, row + k, active) for k in range(COEFFICIENTS)]
         found = [dr.fma(m.x, si.p.x, dr.fma(m.y, si.p.y, dr.fma(m.z, si.p.z, m.w))) for m in values]
@@ -145,15 +134,7 @@ def _unit(vectors: Array) -> Array:
 
 
 def affine_maps(corners: Array, places: Array) -> Array:
-    """Maps of triangles in space to triangles in a plane, constant along their normals.
-
-    Args:
-        corners: Shape (triangles, 3, 3) [mm].
-        places: In the plane, shape (triangles, 3, 2).
-
-    Returns:
-        Rows of coefficients of x, y, z and 1, shape (triangles, 2, 4).
-    """
+    """Maps of triangles in space to a plane, constant along normals: coefficients of x, y, z, 1, (triangles, 2, 4)."""
     edges = (corners[:, 1:] - corners[:, :1]).swapaxes(1, 2)
     steps = (places[:, 1:] - places[:, :1]).swapaxes(1, 2)
     linear = steps @ np.linalg.pinv(edges)

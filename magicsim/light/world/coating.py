@@ -84,15 +84,7 @@ class Coating:
     """Reflectance and transmittance of the film; None without."""
 
     def meet(self, si: Any, segment: Segment, reflectance: Any, sample: Any, active: Any) -> Met:
-        """What a hit on the body meets.
-
-        Args:
-            si: The hit.
-            segment: That ends there.
-            reflectance: Of the bare interface, by Fresnel's formula.
-            sample: Uniform in [0, 1), decides where paint is partly opaque.
-            active: Which rays count.
-        """
+        """What a hit on the body meets; the sample decides where paint is partly opaque."""
         on_body = active & segment.on_body
         across, along = (dr.gather(mi.Vector4f, self.maps, 2 * si.prim_index + axis, on_body) for axis in (0, 1))
         column, row = (dr.fma(m.x, si.p.x, dr.fma(m.y, si.p.y, dr.fma(m.z, si.p.z, m.w))) for m in (across, along))
@@ -129,14 +121,7 @@ class Coating:
         return dr.select(clear, back / dr.maximum(kept, 1e-9), reflectance), dr.select(clear, kept, 1)
 
     def bounce(self, si: Any, met: Met, choice: Any, sample: Any) -> tuple[Any, Any, Any]:
-        """A direction that light takes from paint in the local frame, its weight, and whether the ground sent it.
-
-        Args:
-            si: The hit.
-            met: What was met.
-            choice: Uniform in [0, 1): between mirror and ground.
-            sample: mi.Point2f, uniform.
-        """
+        """Local direction that light takes from paint, its weight, and whether the ground, not the mirror, sent it."""
         side = dr.sign(mi.Frame3f.cos_theta(si.wi))
         arriving = mi.Vector3f(si.wi.x, si.wi.y, dr.abs(si.wi.z))
         facets = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, self.roughness, sample_visible=True)
@@ -149,16 +134,7 @@ class Coating:
         return mi.Vector3f(away.x, away.y, side * away.z), weight, on_ground
 
     def lit(self, scene: Any, si: Any, met: Met, constants: Constants, sample: Any, active: Any) -> Any:
-        """Radiance that paint sends on of lights that are asked for, by a random point of each, mi.Color3f.
-
-        Args:
-            scene: The loaded scene.
-            si: Where a path meets the paint from within.
-            met: What it meets.
-            constants: Of the media.
-            sample: mi.Point2f, uniform.
-            active: Which paths ask.
-        """
+        """Radiance that paint sends on of lights that are asked for, by a random point of each, mi.Color3f."""
         found, box = mi.Color3f(0), self.box(constants)
         inward = dr.mulsign(mi.Vector3f(si.n), mi.Frame3f.cos_theta(si.wi))
         place, towards = leave(si, inward).o, si.to_world(si.wi)
@@ -175,13 +151,7 @@ class Coating:
         return Box(height_mm=self.plate_mm, half_mm=self.half_mm, constants=constants)
 
     def shares(self, arriving: Any, leaving: Any, normal: Any) -> tuple[Any, Any]:
-        """What ground of reflectance 1 and facets send on for each unit of arriving radiance and solid angle.
-
-        Args:
-            arriving: Towards where light comes from, a unit vector.
-            leaving: Where it goes, the same.
-            normal: Of the face, into the body.
-        """
+        """What ground of reflectance 1 and facets send on for each unit of arriving radiance and solid angle."""
         cosine, outward = dr.dot(normal, arriving), dr.dot(normal, leaving)
         lit = (cosine > 0) & (outward > 0)
         ground = dr.select(lit, cosine * ((1 - self.specular) * dr.inv_pi), 0)
@@ -228,20 +198,7 @@ def send_on(
     coating: Coating | None, scene: Any, si: Any, segment: Segment, face: Met, constants: Constants,
     samples: tuple[Any, Any], sampler: Any, straight: Any, active: Any,
 ) -> SentOn:  # fmt: skip
-    """Camera paths that go on from paint; a bare face takes no random number.
-
-    Args:
-        coating: Of the contact face, or None where it is bare.
-        scene: The loaded scene.
-        si: The hits.
-        segment: That end there.
-        face: What they meet.
-        constants: Of the media.
-        samples: Uniform, mi.Float and mi.Point2f, for the direction.
-        sampler: Of random numbers for the lights.
-        straight: Which paths come straight from the camera.
-        active: Which paths count.
-    """
+    """Camera paths that go on from paint; a bare face, for which `coating` is None, takes no random number."""
     if coating is None:
         return SentOn(local=mi.Vector3f(0, 0, 1), share=mi.Float(1), lit=mi.Color3f(0), asks=mi.Bool(False))
     painted = active & face.painted
@@ -259,15 +216,7 @@ def send_on(
 
 
 def bounced(coating: Coating | None, si: Any, face: Met, choice: Any, sample: Any) -> tuple[Any, Any]:
-    """Direction in the local frame in which particles leave paint, and the factor of their weight, 1 elsewhere.
-
-    Args:
-        coating: Of the contact face, or None where it is bare.
-        si: The hits.
-        face: What they meet.
-        choice: Uniform in [0, 1): between mirror and ground.
-        sample: mi.Point2f, uniform.
-    """
+    """Local direction in which particles leave paint, and the factor of their weight, 1 elsewhere."""
     if coating is None:
         return mi.Vector3f(0, 0, 1), mi.Float(1)
     local, share, _ = coating.bounce(si, face, choice, sample)

@@ -37,12 +37,7 @@ class Finish:
 
     @classmethod
     def of(cls, solid: ObjectBase, mesh: SurfaceMesh) -> Self:
-        """Finish of a configured object.
-
-        Args:
-            solid: The object.
-            mesh: Its surface, which brings the colours of its vertices where the object takes them from a file.
-        """
+        """Finish of a configured object; its mesh brings the colours of vertices where these come from a file."""
         own = mesh.colors is not None
         return cls(color=solid.color, vertex_colors=own, specular=solid.specular, roughness=solid.roughness)
 
@@ -69,12 +64,7 @@ class Finish:
         return mi.Color3f(color) * dr.opaque(mi.Float, (1 - self.specular) / np.pi)
 
     def mirror(self, si: Any, sample: Any) -> tuple[Any, Any]:
-        """A mirrored direction in the local frame, and its weight, 0 where nothing is mirrored.
-
-        Args:
-            si: Where a ray meets the object.
-            sample: mi.Point2f, uniform.
-        """
+        """A mirrored direction in the local frame, and its weight, 0 where nothing is mirrored."""
         if self.specular == 0:
             return mi.Vector3f(0, 0, 1), mi.Float(0)
         roughness, share = dr.opaque(mi.Float, self.roughness), dr.opaque(mi.Float, self.specular)

@@ -66,10 +66,7 @@ class GridStates:
     def of(self, infill: Any, strangers: Sequence[Any]) -> GridState:
         """State of the cells.
 
-        Args:
-            infill: Their shape.
-            strangers: Shapes that may reach into the grid, as LED strips do under a thin skin; where one does, all hits
-                are searched for.
+        Where strangers, as LED strips do under a thin skin, may reach into the grid, all hits are searched for.
         """
         positions = mi.traverse(infill)["vertex_positions"]
         # Replaced vertices are another variable. The one kept here stays alive, so that its index is not used again; it
@@ -94,13 +91,7 @@ class GridStates:
 
 
 def cell_volumes_mm3(vertices: Array, faces: npt.NDArray[np.int32], cells: int) -> Array:
-    """Volume of each deformed cell by the divergence theorem, shape (cells,) [mm3].
-
-    Args:
-        vertices: Shape (vertices, 3) [mm].
-        faces: Cell-major vertex indices, shape (triangles, 3).
-        cells: Number of cells.
-    """
+    """Volume of each deformed cell by the divergence theorem, shape (cells,) [mm3]; faces are cell-major."""
     corners = vertices[faces].reshape(cells, -1, 3, 3)
     corners = corners - corners[:, :1, :1]
     return np.asarray(np.einsum("cti,cti->c", corners[:, :, 0], np.cross(corners[:, :, 1], corners[:, :, 2])) / 6)
@@ -114,12 +105,8 @@ class Inventory:
     ) -> None:
         """Inventory of a scene that keeps its block in a group, out of sight.
 
-        Args:
-            scene: The loaded scene.
-            block: Shapes of the block by their names, body and all cells among them.
-            elastomer: The block at rest.
-            rig: What surrounds it.
-            own_mesh: The object in its own frame: its smoothing must not depend on the pose that is rendered first.
+        The block is in a group, out of sight. The object is in its own frame: its smoothing must not depend on the pose
+        that is rendered first.
         """
         self._scene, self._body, self._infill = scene, block[BODY], block.get(INFILL)
         self.environment = surroundings(scene.environment(), rig)
@@ -133,12 +120,7 @@ class Inventory:
         self._coating, self._scatterers = FaceCoating.of(elastomer, rig), HeldScatterers.of(elastomer)
 
     def shapes(self, outside: Outside | None = None, room: Any = None) -> Shapes:
-        """The scene's shapes by their role.
-
-        Args:
-            outside: What stands before the block in a scene of its own; the object is from there if something is.
-            room: What alone shines, see `Shapes`.
-        """
+        """The scene's shapes by their role; the object is from `outside` if something stands there."""
         grid = self.grid()
         return Shapes(
             body=self._body,

@@ -45,22 +45,13 @@ class IrradianceKernel:
     def irradiance(self, deposits: Array, wetted: Mask) -> Array:
         """Irradiance from flux deposits, both of shape (triangles, channels).
 
-        Args:
-            deposits: Flux that landed on each triangle.
-            wetted: Which triangles touch the body without a film of air, shape (triangles,). What lands on them has not
-                crossed a gap, and differs so much from what lands beside them that the two are smoothed apart.
+        What lands on triangles that touch the body without a film of air (`wetted`) has not crossed a gap, and differs
+        so much from what lands beside them that the two are smoothed apart.
         """
         return self.gathered(deposits, self.areas_mm2, wetted, np.zeros_like(deposits))
 
     def gathered(self, flux: Array, areas_mm2: Array, wetted: Mask, otherwise: Array) -> Array:
-        """Irradiance from samples of the flux, shape (triangles, channels).
-
-        Args:
-            flux: Sum of the samples of each triangle, shape (triangles, channels).
-            areas_mm2: Area that these stand for, shape (triangles,) [mm2].
-            wetted: See `irradiance`.
-            otherwise: Irradiance where no sample is near, shape (triangles, channels).
-        """
+        """Irradiance from each triangle's samples of the flux and the area that they stand for, as `irradiance`."""
         result = otherwise.copy()
         for side in (wetted, ~wetted):
             if side.any():
@@ -72,12 +63,7 @@ class IrradianceKernel:
 
 
 def widened(gathered: Callable[[int], Array], away_mm: Array) -> Array:
-    """Irradiance that is smoothed the more the further a triangle is from the block, shape (triangles, channels).
-
-    Args:
-        gathered: Irradiance by the kernel that is doubled in width so often, shape (triangles, channels).
-        away_mm: Distance of each triangle from the block, shape (triangles,) [mm].
-    """
+    """Irradiance, smoothed the more the further a triangle is from the block, shape (triangles, channels)."""
     result = np.zeros_like(gathered(0))
     for level, share in _levels(away_mm):
         result += share[:, None] * gathered(level)
@@ -85,12 +71,7 @@ def widened(gathered: Callable[[int], Array], away_mm: Array) -> Array:
 
 
 def blended_kernel(mesh: SurfaceMesh, away_mm: Array) -> IrradianceKernel:
-    """One kernel that widens in this way, for many samples of surfaces that stay as far apart.
-
-    Args:
-        mesh: The rigid mesh.
-        away_mm: Distance of each triangle, shape (triangles,) [mm].
-    """
+    """One kernel that widens in this way, for many samples of surfaces that stay as far apart."""
     found = [
         (irradiance_kernel(mesh, SMOOTHING_MM * 2**level, share > 0), share / 4.0**level)
         for level, share in _levels(away_mm)
@@ -116,13 +97,7 @@ def _levels(away_mm: Array) -> Iterator[tuple[int, Array]]:
 def irradiance_kernel(
     mesh: SurfaceMesh, width_mm: float = SMOOTHING_MM, wanted: Mask | None = None
 ) -> IrradianceKernel:
-    """Gaussian kernel between the triangles of a rigid mesh and its patches, where they lie close and face alike.
-
-    Args:
-        mesh: The rigid mesh.
-        width_mm: Standard deviation of the kernel [mm].
-        wanted: Triangles whose irradiance is asked for, shape (triangles,); all are by default.
-    """
+    """Gaussian kernel between triangles, or the wanted ones, and patches of a mesh that lie close and face alike."""
     rows = np.arange(len(mesh.faces)) if wanted is None else np.flatnonzero(wanted)
     corners = mesh.vertices[mesh.faces]
     centres = corners.mean(1)

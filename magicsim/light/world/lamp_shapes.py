@@ -23,12 +23,7 @@ def led_name(index: int) -> str:
 
 
 def lamp_entries(rig: Rig, plate_mm: float) -> dict[str, Any]:
-    """Entries of LEDs and ring in a scene's dictionary, by name.
-
-    Args:
-        rig: What surrounds the block.
-        plate_mm: Outer face of the lens plate [mm].
-    """
+    """Entries of LEDs and ring in a scene's dictionary, by name; the lens plate's outer face is at `plate_mm`."""
     entries: dict[str, Any] = {}
     for index, led in enumerate(rig.leds):
         disk = disks(np.array([led.place_mm]), np.array(led.axis), led.radius_mm)
@@ -39,12 +34,7 @@ def lamp_entries(rig: Rig, plate_mm: float) -> dict[str, Any]:
 
 
 def ring_mesh(ring: LedRing, plate_mm: float) -> SurfaceMesh:
-    """The emitting surface of a ring, facing the block.
-
-    Args:
-        ring: The ring.
-        plate_mm: Outer face of the lens plate [mm].
-    """
+    """The emitting surface of a ring, facing the block."""
     z = plate_mm + ring.gap_mm
     if ring.leds:
         angle = 2 * np.pi * np.arange(ring.leds) / ring.leds
@@ -146,13 +136,7 @@ mi.register_emitter("lobe", LobeLight)
 
 
 def disks(centres_mm: Array, axis: Array, radius_mm: float) -> SurfaceMesh:
-    """Flat disks that face along an axis, each a regular polygon of the circle's area.
-
-    Args:
-        centres_mm: Shape (disks, 3) [mm].
-        axis: Unit vector of their front, shape (3,).
-        radius_mm: Of the circles [mm].
-    """
+    """Flat disks that face along an axis, each a regular polygon of the circle's area."""
     u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     u /= np.linalg.norm(u)
     angle = 2 * np.pi * np.arange(SIDES) / SIDES

@@ -39,12 +39,7 @@ class World:
     def __init__(self, elastomer: Elastomer, rig: Rig, content: WorldContent, *, for_paths: bool = True) -> None:
         """Loads the scene at rest, the object parked where its own frame puts it.
 
-        Args:
-            elastomer: The block.
-            rig: What surrounds it.
-            content: What else is there.
-            for_paths: Whether Mitsuba's own integrators trace paths in it, see `block_shapes`; otherwise the block is a
-                group of shapes.
+        For Mitsuba's own integrators the block is no group of shapes, see `block_shapes`.
         """
         self.elastomer = elastomer
         self.rig = rig
@@ -78,15 +73,7 @@ class World:
         object_vertices: Array | None = None,
         light_x_mm: float | None = None,
     ) -> None:
-        """Replaces vertex positions; what is None stays as it is.
-
-        Args:
-            body: Shape (body vertices, 3) [mm].
-            infill: Shape (infill vertices, 3) [mm].
-            markers: Shape (marker vertices, 3) [mm].
-            object_vertices: Shape (object vertices, 3), in the sensor's frame [mm].
-            light_x_mm: Shift of the flashlight along x [mm].
-        """
+        """Replaces vertices, shape (vertices, 3) in the sensor's frame [mm]; what is None stays as it is."""
         if body is not None:
             placed = with_lens(body, self.elastomer, self.rig)
             for name in (BODY, FACE) if self._has_face else (BODY,):
@@ -132,12 +119,7 @@ class Worlds:
         """What each scene shows, and the object's vertices there."""
 
     def of(self, view: View, object_vertices: Array | None) -> World:
-        """The scene that shows a view, loaded when it is first needed.
-
-        Args:
-            view: What to see.
-            object_vertices: Of the object where it is, shape (vertices, 3) [mm]; None where there is none.
-        """
+        """The scene that shows a view, loaded when first needed; vertices are those of the object where it is."""
         key = (object_vertices is not None, view.flashlight_x_mm is not None)
         if key not in self._kept:
             content = WorldContent(

@@ -204,13 +204,7 @@ def fresnel(si: Any, segment: Segment, constants: Constants) -> tuple[Any, Any, 
 
 
 def scattering_stretch(ray: Any, length: Any, top_mm: Any) -> tuple[Any, Any]:
-    """Part of a segment in the body's shape that lies below the lens plate: its start along the ray, and its length.
-
-    Args:
-        ray: The ray.
-        length: Of the whole segment [mm].
-        top_mm: Height of the plate's lower face [mm].
-    """
+    """Part of a segment in the body's shape that lies below the lens plate: its start along the ray, and its length."""
     rising = ray.d.z >= 0
     steepness = dr.maximum(dr.abs(ray.d.z), 1e-9)
     crossing = dr.select(rising, top_mm - ray.o.z, ray.o.z - top_mm) / steepness
@@ -220,24 +214,12 @@ def scattering_stretch(ray: Any, length: Any, top_mm: Any) -> tuple[Any, Any]:
 
 
 def free_path(sample: Any, transmitted: Any, sigma_t: Any) -> Any:
-    """Way to a collision that happens before the segment's end: inverse of the truncated exponential.
-
-    Args:
-        sample: Uniform in [0, 1).
-        transmitted: Transmittance of the whole segment.
-        sigma_t: Extinction [1/mm].
-    """
+    """Way to a collision that happens before the segment's end: inverse of the truncated exponential."""
     return -dr.log(1 - sample * (1 - transmitted)) / sigma_t
 
 
 def scattered(direction: Any, sample: Any, anisotropy: float) -> Any:
-    """Direction after a collision, by Henyey and Greenstein's phase function.
-
-    Args:
-        direction: Before the collision, a unit vector.
-        sample: mi.Point2f, uniform.
-        anisotropy: Mean cosine of the scattering angle.
-    """
+    """Direction after a collision, by Henyey and Greenstein's phase function."""
     if anisotropy == 0:
         return mi.warp.square_to_uniform_sphere(sample)
     g = anisotropy

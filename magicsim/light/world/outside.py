@@ -43,12 +43,7 @@ class Outside:
         self._parameters = mi.traverse(self.scene)
 
     def place(self, *, object_vertices: Array | None, light_x_mm: float | None) -> None:
-        """Moves what is there.
-
-        Args:
-            object_vertices: Shape (object vertices, 3), in the sensor's frame [mm].
-            light_x_mm: Shift of the flashlight along x [mm].
-        """
+        """Moves object, vertices in the sensor's frame [mm], and flashlight along x [mm]."""
         if object_vertices is not None:
             self._parameters[f"{OBJECT}.vertex_positions"] = np.ascontiguousarray(object_vertices, np.float32).ravel()
         if light_x_mm is not None:
@@ -69,12 +64,7 @@ class Outsides:
         self._kept: dict[tuple[bool, bool], Outside] = {}
 
     def of(self, object_vertices: Array | None, light_x_mm: float | None) -> Outside:
-        """What stands outside, in its place.
-
-        Args:
-            object_vertices: Shape (object vertices, 3), in the sensor's frame [mm]; None where there is no object.
-            light_x_mm: Shift of the flashlight along x [mm]; None while it is off.
-        """
+        """What stands outside, in its place; None where there is no object, or where the flashlight is off."""
         key = (object_vertices is not None, light_x_mm is not None)
         if key not in self._kept:
             mesh = self._mesh if key[0] else None

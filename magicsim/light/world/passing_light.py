@@ -29,11 +29,7 @@ class PassingLight:
         return [share * light for share, light in zip(passing.reflectance, ambient, strict=True)]
 
     def place(self, x_mm: float) -> None:
-        """Moves it.
-
-        Args:
-            x_mm: Its middle along x [mm].
-        """
+        """Moves its middle along x [mm]."""
         self._place = dr.opaque(mi.Float, x_mm)
 
     def eval(self, si: Any, active: Any = True) -> Any:
@@ -49,12 +45,7 @@ class PassingLight:
         return dr.select(seen, covered * (self._color - self._room.eval(si, seen)), 0)
 
     def rays(self, beam: Beam, u: list[Any]) -> tuple[Any, Any]:
-        """First rays of particles, evenly over it, and their weights of either sign.
-
-        Args:
-            beam: Where they go.
-            u: Four numbers in [0, 1) for each, mi.Float.
-        """
+        """First rays of particles, evenly over it, and their weights of either sign; `u` is uniform."""
         x = self._place + (2 * u[0] - 1) * self._half_width
         y = self._rise + (2 * u[1] - 1) * self._half_height
         way = mi.Vector3f(-x, -y, self._distance)

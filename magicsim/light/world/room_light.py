@@ -90,13 +90,7 @@ def room_beams(sensor: Any, block: Any, housing: Any | None, target: Any | None,
 
 
 def room_particles(environment: Any, beam: Beam, *, u: list[Any]) -> tuple[Any, Any]:
-    """First rays of particles, and their weights.
-
-    Args:
-        environment: The emitter.
-        beam: Where they go.
-        u: Four numbers in [0, 1) for each, mi.Float.
-    """
+    """First rays of particles and their weights, from four uniform numbers each."""
     shares = mi.Float(aligned(_shares(environment, beam), np.float32))
     cell, ring_part = mi.DiscreteDistribution(shares).sample_reuse(u[0])
     height = 2 * (mi.Float(cell // SECTORS) + ring_part) / RINGS - 1
@@ -112,14 +106,7 @@ def room_particles(environment: Any, beam: Beam, *, u: list[Any]) -> tuple[Any, 
 
 
 def beam_rays(beam: Beam, way: Any, right: Any, up: Any) -> tuple[Any, Any]:
-    """Rays of a beam along ways, from where nothing is in the way yet, and the area that each stands for [mm2].
-
-    Args:
-        beam: The beam.
-        way: Unit vectors, mi.Vector3f.
-        right: Uniform in [0, 1).
-        up: The same, independent of it.
-    """
+    """Rays of a beam along ways, from where nothing is in the way yet, and the area that each stands for [mm2]."""
     place, area = _places(beam, way, right, up)
     away = dr.opaque(mi.Float, beam.away_mm)
     return mi.Ray3f(mi.Point3f(beam.centre) + place - away * way, way), area
@@ -181,12 +168,7 @@ class NearRoom:
     """
 
     def __init__(self, far: Any, distance_mm: float) -> None:
-        """Puts it there.
-
-        Args:
-            far: Emitter that shines from infinitely far away.
-            distance_mm: Radius of the sphere [mm].
-        """
+        """Puts it there."""
         self._far, self._distance = far, dr.opaque(mi.Float, distance_mm)
 
     def eval(self, si: Any, active: Any = True) -> Any:
@@ -232,12 +214,7 @@ mi.register_texture("room_picture", RoomPicture)
 
 
 def room_sphere(far: dict[str, Any], distance_mm: float) -> dict[str, Any]:
-    """Entry of the sphere in a scene's dictionary, black and bright inside.
-
-    Args:
-        far: Entry of the emitter that shines from infinitely far away.
-        distance_mm: Radius [mm].
-    """
+    """Entry of a black sphere in a scene's dictionary, bright inside as the emitter infinitely far away."""
     return {
         "type": "sphere",
         "radius": distance_mm,

@@ -84,11 +84,8 @@ def with_lens(body: Array, elastomer: Elastomer, rig: Rig) -> Array:
 def block_shapes(elastomer: Elastomer, rig: Rig, *, for_paths: bool = False) -> dict[str, Any]:
     """Body, with the lens plate, and infill at rest, by name.
 
-    Args:
-        elastomer: The block.
-        rig: What surrounds it.
-        for_paths: Whether the renderer itself traces paths: it then needs materials for rough interfaces, and a special
-            contact face as a shape of its own.
+    For Mitsuba's own integrators (`for_paths`) rough interfaces have materials, and a special contact face is a shape
+    of its own.
     """
     materials, roughness = elastomer.design.materials, elastomer.design.roughness
     body_medium = medium_of(materials.body)
@@ -164,16 +161,7 @@ def mesh_shape(
     mesh: SurfaceMesh, name: str, bsdf: dict[str, Any], *, interior: Any = None, exterior: Any = None,
     texture: Array | None = None,
 ) -> Any:  # fmt: skip
-    """A mesh as the renderer's shape.
-
-    Args:
-        mesh: The surface.
-        name: Of the shape.
-        bsdf: Entry of a scene's dictionary.
-        interior: Medium inside, or None where it is clear.
-        exterior: The same outside.
-        texture: Texture coordinates of the vertices, shape (vertices, 2), or None without.
-    """
+    """A mesh as the renderer's shape; a medium is None where it is clear, texture has shape (vertices, 2)."""
     properties = mi.Properties()
     properties["bsdf"] = mi.load_dict(bsdf)
     properties["face_normals"] = True

@@ -98,13 +98,7 @@ def wetted(scene: Any, shapes: Shapes) -> npt.NDArray[np.bool_]:
 
 
 def in_body(scene: Any, shapes: Shapes, points: Any) -> Any:
-    """Which points on the object's side of the skin lie inside the body's surface, mi.Bool.
-
-    Args:
-        scene: The loaded scene.
-        shapes: Its shapes by their role.
-        points: Outside the object and the cells, mi.Point3f [mm].
-    """
+    """Which points outside object and cells lie inside the body's surface, on the object's side of the skin."""
     body, infill, _ = shapes.pointers()
     si = scene.ray_intersect(mi.Ray3f(points, mi.Vector3f(0, 0, 1)))
     return classify(si, body, infill, mi.Bool(False), shapes.openings).in_body

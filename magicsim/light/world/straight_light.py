@@ -74,12 +74,7 @@ class Box:
         return dr.exp(-body.sigma_t * stretch - body.sigma_a * (length - stretch))
 
     def image(self, place: Any, turns: Any) -> Any:
-        """The place as its mirrors show it, mi.Point3f.
-
-        Args:
-            place: Within the box.
-            turns: -1, 0 or 1 along each axis: the mirror, 0 without.
-        """
+        """The place as its mirrors show it; `turns` has -1, 0 or 1 along each axis: the mirror, 0 without."""
         planes = self._planes(turns)
         return mi.Point3f(*[
             dr.select(turns[axis] == 0, place[axis], 2 * planes[axis] - place[axis]) for axis in range(3)
@@ -90,12 +85,6 @@ class Box:
 
     def ways(self, image: Any, direction: Any, distance: Any, turns: Any) -> tuple[Any, list[tuple[Any, Any]]]:
         """What is left of light on the way from an image, and the legs of that way.
-
-        Args:
-            image: See `image`.
-            direction: From there, a unit vector.
-            distance: To the end of the way [mm].
-            turns: The mirrors.
 
         Returns:
             A share, mi.Float, 0 where the way misses a mirror; rays within the box and their lengths [mm].
@@ -128,11 +117,7 @@ class Box:
         return share, legs
 
     def crossing(self, place: Any, point: Any) -> tuple[Any, Any]:
-        """Where light from a point above the lens face to a place below it crosses it.
-
-        Returns:
-            The crossing, mi.Point3f; its distance along the face from the place, mi.Float [mm].
-        """
+        """Where light from a point above the lens face to a place below it crosses that, and how far along [mm]."""
         below, above = self.height_mm - place.z, point.z - self.height_mm
         away = mi.Vector2f(point.x - place.x, point.y - place.y)
         reach = dr.maximum(dr.norm(away), 1e-6)
@@ -188,14 +173,7 @@ class Strips:
         return np.column_stack([places, np.outer(a, b).ravel() / 4])
 
     def arriving(self, row: Any, place: Any, sample: Any, box: Box) -> Arriving:
-        """From the point of a sample, an even density in the solid angle.
-
-        Args:
-            row: Strip and way, mi.UInt32.
-            place: Within the body, mi.Point3f.
-            sample: mi.Point2f in the unit square.
-            box: The body.
-        """
+        """From the point of a sample, an even density in the solid angle."""
         corner, along, across, normal, turns = (
             dr.gather(mi.Vector3f, each, row)
             for each in (self.corners, self.along, self.across, self.normals, self.turns)
@@ -255,14 +233,7 @@ class Lamps:
         return np.column_stack([places, np.full(self.count, 1 / 3), np.full(self.count, 1 / self.count)])
 
     def arriving(self, row: Any, place: Any, sample: Any, box: Box) -> Arriving:
-        """From a point of the triangle that the sample's first part tells, all triangles alike.
-
-        Args:
-            row: The way, mi.UInt32.
-            place: Within the body, mi.Point3f.
-            sample: mi.Point2f in the unit square.
-            box: The body.
-        """
+        """From a point of the triangle that the sample's first part tells, all triangles alike."""
         turns = dr.gather(mi.Vector3f, self.turns, row)
         triangle = dr.minimum(mi.UInt32(sample.x * self.count), self.count - 1)
         a, b, c = (dr.gather(mi.Point3f, each, triangle) for each in self.corners)
@@ -295,13 +266,7 @@ class Lamps:
 
 
 def straight_lights(scene: Any, inside: tuple[str, ...], above_mm: float) -> list[Strips | Lamps]:
-    """Lights that are asked for by themselves: the strips within the body, and what stands above the lens face.
-
-    Args:
-        scene: The loaded scene.
-        inside: Names of the strips within the body.
-        above_mm: Height of the lens face [mm].
-    """
+    """Lights that are asked for by themselves: strips within the body, and what stands above the lens face."""
     strips, lamps = [], []
     for name in lights(scene):
         shape = shape_named(scene, name)
@@ -317,12 +282,6 @@ def straight_lights(scene: Any, inside: tuple[str, ...], above_mm: float) -> lis
 
 def rectangle_point(corner: Any, along: Any, across: Any, sample: Any) -> tuple[Any, Any]:
     """A point of a rectangle that is even in the solid angle as it is seen from the origin, and that angle.
-
-    Args:
-        corner: Of the rectangle, from where it is seen, mi.Vector3f.
-        along: One edge of it.
-        across: The other one.
-        sample: mi.Point2f in the unit square.
 
     Returns:
         The point, mi.Vector3f, and the solid angle, mi.Float [sr].

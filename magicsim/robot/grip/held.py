@@ -169,13 +169,6 @@ class Held:
 def settle(pair: FingerPair, place: ObjectPlace, width_mm: float, load: Load, *, most_slide_mm: float) -> Held:
     """Lets the object go where fingers and load bring it; the fingers are left there, empty where it drops.
 
-    Args:
-        pair: The fingers.
-        place: Where the object is.
-        width_mm: Distance between the contact faces [mm].
-        load: On the object.
-        most_slide_mm: Way of the object in one motion beyond which it counts as dropped [mm].
-
     Raises:
         ConfigError: The object does not fit, or the load presses it deeper than the workspace goes.
         ConvergenceError: No valid equilibrium of a finger was found.

@@ -26,13 +26,7 @@ HERTZ = 1.5
 
 
 def finger_wrench(deformation: Deformation, finger: Pose, origin_mm: Array) -> Array:
-    """Force [N] and torque [N mm] of a finger on the object about its origin, in the gripper's frame, shape (6,).
-
-    Args:
-        deformation: The finger's equilibrium; its force and torque are the object's on it, about the finger's origin.
-        finger: From the finger's frame to the gripper's.
-        origin_mm: The object's origin in the gripper's frame, shape (3,) [mm].
-    """
+    """Force [N] and torque [N mm] of a finger on the object about its origin, in the gripper's frame, shape (6,)."""
     force = -finger.rotation @ deformation.force_n
     torque = np.cross(finger.position_mm - origin_mm, force) - finger.rotation @ deformation.torque_nmm
     return np.concatenate([force, torque])
@@ -42,12 +36,6 @@ def contact_stiffness(deformation: Deformation, depth_mm: float, finger: Pose, o
     """First estimate of how a finger's wrench answers small motions of the object, shape (6, 6) [N/mm, N, N mm].
 
     A round contact on a half space, sticking, of the force, depth and area that the equilibrium has.
-
-    Args:
-        deformation: The finger's equilibrium.
-        depth_mm: How deep the object is pressed in [mm].
-        finger: From the finger's frame to the gripper's.
-        origin_mm: The object's origin in the gripper's frame, shape (3,) [mm].
     """
     force = float(deformation.force_n[2])
     if force <= 0 or depth_mm <= 0:
@@ -147,12 +135,7 @@ class FingerPair:
         return self.upper.slid_mm, self.lower.slid_mm
 
     def closing_mm(self, place: ObjectPlace, *, floats: bool) -> tuple[float, float]:
-        """Distances of the faces at which the first one touches the object, and down to which the workspaces go [mm].
-
-        Args:
-            place: The object's.
-            floats: Whether the object gives way along the closing axis, so that both touch it at once.
-        """
+        """Distances of the faces where the first one touches the object and down to which the workspaces go [mm]."""
         up, down = half_extents_mm(self.target, place)
         (deepest_up, _), (deepest_down, _) = (finger.workspace.gap_mm for finger in self.fingers)
         if floats:
@@ -244,14 +227,7 @@ def float_between(pair: FingerPair, place: ObjectPlace, width_mm: float) -> Obje
 def _around(
     imbalance_n: Callable[[float], float], middle_mm: float, guess_mm: float, farthest_mm: tuple[float, float]
 ) -> tuple[float, float]:
-    """Two places with balance between them, near a guess where that is good: no finger is pressed deeply for nothing.
-
-    Args:
-        imbalance_n: Difference of the normal forces at a place, which rises with it [N].
-        middle_mm: A place that is out of balance.
-        guess_mm: Where balance may be.
-        farthest_mm: Smallest and largest place; the one on the side of balance is taken where guesses fall short of it.
-    """
+    """Two places with balance between them, near a guess where that is good, so that no finger is pressed deeply."""
     at_middle, at_guess = imbalance_n(middle_mm), imbalance_n(guess_mm)
     if at_guess * at_middle > 0 and at_guess != at_middle:
         step = BEYOND * at_guess * (guess_mm - middle_mm) / (at_guess - at_middle)

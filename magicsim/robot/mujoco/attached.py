@@ -125,16 +125,7 @@ class AttachedSensor:
         seed: int,
         opposite: Callable[[], Sensor | None],
     ) -> None:
-        """Builds the sensor with the body's solid as its object.
-
-        Args:
-            model: `mujoco.MjModel`.
-            touch: Site and body.
-            scene: Design, rig, friction and render settings.
-            quality: Of solver and renderer.
-            trust: How far the linear answer is trusted at first.
-            seed: Of the frames' noise.
-            opposite: Gives the sensor that may face this one, see `Sensor`.
+        """Builds the sensor with the body's solid as its object; `trust` is that of the first linear answer.
 
         Raises:
             ConfigError: A name does not exist, the body cannot press, or MuJoCo would press it too.

@@ -110,14 +110,7 @@ class Coupling:
         self._wrenches: dict[str, Array] = {name: np.zeros(6) for name in self.sensors}
 
     def wrench(self, site: str) -> Array:
-        """What the body does to a sensor in the present step, viscous part included.
-
-        Args:
-            site: Name of the sensor's site.
-
-        Returns:
-            Force [N] and torque about the sensor's origin [N mm] in the sensor's frame, shape (6,).
-        """
+        """Force [N] and torque [N mm] on the sensor of a site, viscous part included, about its origin, shape (6,)."""
         return self._wrenches[site].copy()
 
     def step(self) -> dict[str, Moment] | None:

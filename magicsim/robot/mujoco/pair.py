@@ -42,14 +42,7 @@ class Attachment:
 
 
 def compiled(spec: MjSpec, touches: Sequence[Touch]) -> MjModel:
-    """Compiles a specification with MuJoCo's own contact left out between each sensor's finger and the touched body.
-
-    Args:
-        spec: `mujoco.MjSpec`; the pairs are added to it.
-        touches: Sensors and bodies.
-
-    Returns:
-        `mujoco.MjModel`.
+    """Compiles an `MjSpec` with MuJoCo's own contact left out between each sensor's finger and the touched body.
 
     Raises:
         ConfigError: A site or body does not exist.
@@ -73,10 +66,6 @@ def _named(spec: MjSpec, number: int) -> str:
 
 def find_pair(model: MjModel, touch: Touch) -> Attachment:
     """The numbers behind the names of a touch.
-
-    Args:
-        model: `mujoco.MjModel`.
-        touch: Site and body by name.
 
     Raises:
         ConfigError: One does not exist, or the sensor would touch what it is fixed to.

@@ -96,18 +96,7 @@ class PosedSensor(Sensor):
         y_mm: tuple[float, float],
         opposite: Callable[[], Sensor | None] | None = None,
     ) -> None:
-        """Builds the sensor.
-
-        Args:
-            scene: Design, rig, contact and render settings.
-            thing: The object.
-            x_mm: Part of the face where it may touch, along x [mm].
-            y_mm: Likewise along y [mm].
-            opposite: See `Sensor`.
-
-        Raises:
-            MagicsimError: As the sensor itself.
-        """
+        """Builds the sensor, fine where the object may touch; `opposite` as for `Sensor`."""
         feature = thing.shape().feature_mm
         zone = Zone(low_mm=(x_mm[0], y_mm[0]), high_mm=(x_mm[1], y_mm[1]), feature_mm=feature)
         self._declared = Zone(

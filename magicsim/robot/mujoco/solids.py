@@ -91,11 +91,6 @@ def body_solid(model: MjModel, body: int, geoms: Sequence[int]) -> tuple[Shape, 
 
     A body of one geom has that geom's exact shape; of several, the mesh of their union.
 
-    Args:
-        model: `mujoco.MjModel`.
-        body: Number of the body.
-        geoms: Numbers of geoms of its rigid part, at least one.
-
     Raises:
         ConfigError: A geom of a kind that cannot press, a mesh that is not closed, or a size that is not allowed.
     """
@@ -117,15 +112,7 @@ def body_solid(model: MjModel, body: int, geoms: Sequence[int]) -> tuple[Shape, 
 
 
 def geom_shape(model: MjModel, geom: int) -> Shape:
-    """The solid of one geom in its own frame.
-
-    Args:
-        model: `mujoco.MjModel`.
-        geom: Its number.
-
-    Raises:
-        ConfigError: Of a kind that cannot press, or a mesh that is not closed.
-    """
+    """The solid of one geom in its own frame; `ConfigError` where it cannot press."""
     kind = engine().mjtGeom(model.geom_type[geom]).name.removeprefix("mjGEOM_").lower()
     name = geom_name(model, geom)
     size = MM * model.geom_size[geom]
@@ -221,10 +208,6 @@ def body_object(model: MjModel, body: int) -> tuple[BodyObject, int | None]:
     Geoms that take part in MuJoCo's contacts make the solid; where there are none, all of them do. The colour is that
     of the first one, read as sRGB.
 
-    Args:
-        model: `mujoco.MjModel`.
-        body: Its number.
-
     Raises:
         ConfigError: The body has no geometry, or one that cannot press.
     """
@@ -248,14 +231,7 @@ def object_pose_m(model: MjModel, data: MjData, body: int, frame: int | None) ->
 
 
 def pose_in_sensor(position_m: Array, rotation: Array, site_position_m: Array, site_rotation: Array) -> Pose:
-    """A frame of the world as a sensor at a site sees it.
-
-    Args:
-        position_m: Its origin, shape (3,) [m].
-        rotation: Its rotation, shape (3, 3).
-        site_position_m: The sensor's origin, shape (3,) [m].
-        site_rotation: The sensor's rotation, shape (3, 3).
-    """
+    """A frame of the world [m] as a sensor at a site sees it."""
     return Pose(
         position_mm=MM * (site_rotation.T @ (position_m - site_position_m)), rotation=site_rotation.T @ rotation
     )
