@@ -42,7 +42,6 @@ class Film:
     blur_px: float
     """Standard deviation of the point spread function [px]."""
     diffraction: Diffraction | None
-    """By the aperture."""
     glare: Glare | None
     """Light that is spread widely."""
     inner: Window

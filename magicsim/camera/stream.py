@@ -123,7 +123,6 @@ class Instant:
     time_s: float
     """Time since the stream began [s]."""
     frames_per_second: float
-    """Frame rate [1/s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -143,7 +142,6 @@ class CameraStream:
     """The camera of one sensor, ready to film."""
 
     camera: Camera
-    """Settings of the camera."""
     exposure: Exposure
     """Gains on the untouched sensor: locked, or where live exposure has settled."""
     room: FloatImage | None

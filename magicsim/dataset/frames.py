@@ -44,7 +44,6 @@ class FrameTable:
     split_of: npt.NDArray[np.str_]
     """Split that each row of the whole dataset is stored in."""
     path: Path
-    """The mapped copy."""
 
     def __len__(self) -> int:
         """Number of rows."""

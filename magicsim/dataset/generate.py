@@ -59,7 +59,6 @@ class Standing:
     total: int
     """Episodes that this run simulates."""
     failed: int
-    """Episodes without rows."""
     frames: int
     """Frames that the ended episodes have."""
     episode_frames: int

@@ -56,7 +56,6 @@ class Preview:
     samples: int
     """Frames on the sheet."""
     shards: int
-    """None are written."""
     failed: int
     """Frames that have no coarse answer."""
     seconds: float

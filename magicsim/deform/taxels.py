@@ -27,9 +27,7 @@ class TaxelGrid:
     """Rectangles of equal size over the whole contact face."""
 
     rows: int
-    """Taxels along y."""
     columns: int
-    """Taxels along x."""
     edges_x_mm: Array
     """Where columns begin and end, increasing, shape (columns + 1,) [mm]."""
     edges_y_mm: Array

@@ -40,7 +40,6 @@ class Shot:
     """A frame whose image is not made yet."""
 
     name: str
-    """See `SourceFrame`."""
     read: Callable[[], Frame]
     """Makes the RGB image, shape (rows, columns, 3); to be called before the next frame is asked for."""
     time_s: float = math.nan

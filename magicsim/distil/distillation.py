@@ -54,7 +54,6 @@ class DistilSummary:
     """How far off the model is on touches that it never saw, see `ErrorRow`."""
     seconds: float
     bytes: int
-    """Size of the model."""
     out: str
 
 

@@ -67,7 +67,6 @@ class Example:
     rest: AnyArray
     """The untouched image, shape (rows, columns, 3)."""
     nodes: AnyArray
-    """Shape (nodes, 3) [mm]."""
 
     def to_bytes(self) -> bytes:
         """The example as a file of NumPy."""

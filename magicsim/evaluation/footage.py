@@ -199,7 +199,6 @@ class QuickSet:
     takes: dict[str, dict[str, Any]]
     """By name: `file`, and `gap_mm` (null without an object) and `force_n` of each frame."""
     made_by: dict[str, str]
-    """See `magicsim.config.program.versions`."""
 
     def take(self, name: str, references: int) -> Take:
         """One take, with so many references before its frames."""

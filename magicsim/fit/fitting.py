@@ -41,7 +41,6 @@ class Solution:
     """The best point that was found, and how well the data hold it there."""
 
     point: Array
-    """Shape (unknowns,), in 0..1."""
     rms: float
     """Root mean square residual there, in the residuals' unit."""
     sd: Array

@@ -37,7 +37,6 @@ class PlacedInclusions:
     normals: Array
     """Normals of flakes, unit vectors, shape (inclusions, 3); of no meaning for bubbles."""
     is_bubble: Mask
-    """Shape (inclusions,)."""
 
     def air_mm3(self, cells: int) -> Array:
         """Volume of the bubbles in each cell, shape (cells,) [mm3]."""
@@ -54,17 +53,14 @@ class DrawnInclusions:
     places: Array
     """From -1 to 1 along each edge of the cell, shape (inclusions, 3)."""
     radii_mm: Array
-    """Shape (inclusions,) [mm]."""
     normals: Array
     """Normals of flakes at rest, shape (inclusions, 3)."""
     is_bubble: Mask
-    """Shape (inclusions,)."""
     half_mm: Array
     """Half of a cell's edges as drawn, shape (3,) [mm]."""
     corners: Index
     """Vertices at the corners of a cell, x fastest, shape (8,)."""
     cells: int
-    """Number of cells."""
 
     def placed(self, vertices: Array) -> PlacedInclusions:
         """The inclusions in cells with these vertices, cell after cell, shape (vertices, 3) [mm]."""

@@ -35,7 +35,6 @@ class FrameRun:
     baseline: str
     """What the baseline's detector said."""
     current: str
-    """What is said now."""
 
 
 def changed_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, worse: bool) -> list[FrameRun]:

@@ -37,13 +37,11 @@ class Judgement:
     """What the detectors with one profile say about an episode's frames after the references."""
 
     profile: str
-    """Name of the profile."""
     thresholds: dict[str, float]
     """tau_e, tau_c, tau_g of the profile."""
     verdicts: tuple[Verdict, ...]
     """One per frame after the references, in order."""
     score: DetectionScore
-    """Against ground truth."""
     at_rest: Mapping[str, FeatureAtRest] = field(default_factory=dict)
     """`entropy`, `correlation` and `similarity` of the reference frames."""
 

@@ -100,7 +100,6 @@ class ProfilePart:
     profile: str
     plot: Markup | None
     tables: tuple[ScoreTable, ...]
-    """Proximity and contact."""
     mistakes: tuple[Mistake, ...]
     parts: list[str]
     """Parts of the story, for the rows of `rest`."""

@@ -42,7 +42,6 @@ class Moment:
     led_strength: Rgb
     """Radiance of the LED strips' red, green and blue in units of the rig's."""
     frames_per_second: float
-    """Frame rate [1/s]."""
     memory: CameraMemory | None = None
     """What the camera inherits from the frames before; None at the stream's begin, and where it inherits nothing."""
 

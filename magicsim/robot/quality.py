@@ -22,7 +22,6 @@ class Quality:
     camera: dict[str, Any] = field(default_factory=dict)
     """Settings of `rig.camera`, likewise bounds."""
     output: dict[str, Any] = field(default_factory=dict)
-    """Settings of `output`."""
 
     def applied(self, scene: SceneConfig) -> SceneConfig:
         """The scene as it is solved and rendered at this quality.

@@ -101,7 +101,6 @@ class FrameState:
     tilt_x_deg: float = 0.0
     """Rotation vector of the object's tilt, applied after its twist: along x [degrees]."""
     tilt_y_deg: float = 0.0
-    """Along y [degrees]."""
     facing_mm: float | None = None
     """Distance to the contact face of another finger that looks back at this one [mm]; None without one."""
 

@@ -195,7 +195,6 @@ class Meshes:
     is_face: Mask
     """Body vertices on the contact face, shape (body vertices,)."""
     markers: FollowMap | None
-    """Markers below the face."""
     face_edges: npt.NDArray[np.int32]
     """Edges of the contact face's triangles, where they cut deepest into a convex object, shape (edges, 2)."""
 

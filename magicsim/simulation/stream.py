@@ -81,7 +81,6 @@ class RenderedState:
     radiance: FloatImage
     """Linear radiance, shape (rows, columns, 3); the same array for all frames that look the same."""
     origin: Origin
-    """How it was made."""
     is_reference: bool
     """Whether the frame makes the references."""
     index: int = 0

@@ -95,7 +95,6 @@ class Outcome(Generic[ResultT]):
     """The end of one task."""
 
     key: int
-    """Number of the task."""
     result: ResultT | None
     """What the function returned, None after the last failure."""
     failures: tuple[Failure, ...]

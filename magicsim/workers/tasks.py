@@ -40,7 +40,6 @@ class _Worker:
 
     process: SpawnProcess
     pipe: Connection
-    """Our end."""
     key: int = -1
     """The task that it was given last."""
     deadline_s: float = math.inf

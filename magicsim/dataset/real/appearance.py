@@ -70,7 +70,6 @@ class Likeness:
 
     name: str
     mean: Array
-    """Shape (rows, columns, 3)."""
 
     @classmethod
     def of(cls, folder: Path) -> "Likeness":

@@ -55,7 +55,6 @@ class DrawnSensor:
     design: ElastomerDesign
     rig: Rig
     values: Values
-    """Drawn values by name."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

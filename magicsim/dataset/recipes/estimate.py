@@ -65,7 +65,6 @@ class Cost:
     frames: int
     phases: tuple[Phase, ...]
     bytes: int
-    """Size of all shards."""
     kept: tuple[int, int] = (0, 0)
     """Episodes that are finished already, and all."""
     view: str = ""

@@ -44,7 +44,6 @@ class CellStiffness:
     c11_mpa: float
     """Axial stiffness along the walls [MPa]."""
     c12_mpa: float
-    """Cross stiffness [MPa]."""
     c44_mpa: float
     """Shear stiffness between wall directions [MPa]."""
 
@@ -91,13 +90,7 @@ class CellFields:
 
 
 def printed_fields(design: ElastomerDesign, grid: CellGrid | None, *, added_mpa: float = 0.0) -> CellFields | None:
-    """Solution of the cell problem of a block, None where it has no cells.
-
-    Args:
-        design: The block.
-        grid: Its cells.
-        added_mpa: Shear modulus that walls have beyond that of the body, at its first Lame parameter [MPa].
-    """
+    """Solution of the cell problem of a block, None where it has no cells."""
     body, infill = design.materials.body, design.materials.infill
     if grid is None or infill is None:
         return None
@@ -114,11 +107,8 @@ def cell_fields(
 ) -> CellFields:
     """Solves the periodic cell problem; cached by its numbers.
 
-    Args:
-        body: Shear and bulk modulus of the walls [MPa].
-        infill: Shear and bulk modulus of the cube [MPa].
-        infill_share: Volume share of the cube, in 0..1.
-        subcells: Sub-cells along each half edge, at least 2; the material boundary always falls between two.
+    Moduli are pairs of shear and bulk [MPa]. There are at least 2 sub-cells along each half edge, and the material
+    boundary always falls between two.
     """
     planes, in_wall = _half_edge(infill_share, subcells)
     k, j, i = (axis.ravel() for axis in np.indices((subcells,) * 3))

@@ -70,13 +70,7 @@ class Edges:
         return len(self.radius_mm)
 
     def split(self, planes_mm: Array, axis: int, *, scale: float) -> Array:
-        """Planes along x or y, more of them near the edges.
-
-        Args:
-            planes_mm: Increasing planes, all of which are kept [mm].
-            axis: 0 for x, 1 for y.
-            scale: Of the spacings that the edges ask for.
-        """
+        """Planes along x (0) or y (1) [mm], and more of them near the edges, by spacings times a scale."""
         wanted = scale * self.radius_mm / np.maximum(self.across[:, axis], 1e-9)
         relevant = wanted < np.diff(planes_mm).max()
         low, high, wanted = self.low_mm[relevant, axis], self.high_mm[relevant, axis], wanted[relevant]

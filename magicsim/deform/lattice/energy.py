@@ -144,15 +144,7 @@ class Elasticity:
     def hessian(
         self, positions: Array, pressure: Array, volume_gradient: Array, pattern: BlockPattern, *, shift: float
     ) -> Array:
-        """Upper triangle of the Hessian of the free nodes [N/mm], the pressure as an independent unknown condensed out.
-
-        Args:
-            positions: Node positions, shape (nodes, 3) [mm].
-            pressure: Volumetric stress of each cell, lambda (Jbar - 1) when converged, shape (cells,) [MPa].
-            volume_gradient: From `evaluate`, shape (cells, 24).
-            pattern: Where the entries go.
-            shift: Multiple of the spring Laplacian that is added.
-        """
+        """Upper triangle of the Hessian of the free nodes [N/mm], pressure condensed out, and a multiple of springs."""
         lattice = self.lattice
         halves = np.zeros((2, pattern.entries))
         bulk, springs = lattice.lame_mpa / self.volumes, self.springs * (1 + shift)

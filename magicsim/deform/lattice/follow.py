@@ -43,12 +43,7 @@ class FollowMap:
 
 
 def follow_map(lattice: Lattice, points_mm: Array) -> FollowMap:
-    """Finds the cell and the weights of each point.
-
-    Args:
-        lattice: The block at rest.
-        points_mm: Rest positions, shape (points, 3) [mm]; a point outside the block moves with the nearest point in it.
-    """
+    """Cell and weights of each point at rest [mm]; one outside moves with the nearest point of the block."""
     index, local, boxed = [], [], lattice.flattened(points_mm)
     for axis, planes in enumerate(lattice.planes_mm):
         coordinate = boxed[:, axis]
@@ -95,7 +90,6 @@ class CellCorrectors:
     """Points that follow the lattice and, below the pitch, their printed cell."""
 
     follow: FollowMap
-    """Trilinear part."""
     gradient: sp.csr_matrix
     """Mean displacement gradient of each printed cell from nodal displacements, shape (3 cells, nodes) [1/mm]."""
     fluctuation_mm: Array
@@ -180,12 +174,6 @@ def mean_gradient(lattice: Lattice, corner_mm: Array, pitch_mm: Array, design: E
     """Mean displacement gradient of boxes from nodal displacements, shape (3 boxes, nodes) [1/mm].
 
     The mean over a box of a trilinear field's gradient is its gradient in the middle.
-
-    Args:
-        lattice: The block.
-        corner_mm: Corners of smallest x, y and z of the boxes, shape (boxes, 3) [mm].
-        pitch_mm: Edges of a box, shape (3,) [mm].
-        design: The block's design, whose face may be curved.
     """
     crossings = (corner_mm[:, None] + CORNERS * pitch_mm).reshape(-1, 3)
     centre = shape_gradients(np.full((1, 3), 0.5))[0] / pitch_mm  # (8, 3)

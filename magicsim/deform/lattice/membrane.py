@@ -67,14 +67,7 @@ class Membrane:
         return float((self.weights * (trace + value - 3)).sum() / 2)
 
     def add_stiffness(self, positions: Array, pattern: BlockPattern, values: Array, *, shift: float) -> None:
-        """Adds the Hessian to an upper triangle in 3 x 3 blocks, in place.
-
-        Args:
-            positions: Node positions, shape (nodes, 3) [mm].
-            pattern: Where the entries go.
-            values: Entries [N/mm].
-            shift: Multiple of the network of springs that is added.
-        """
+        """Adds the Hessian to an upper triangle in 3 x 3 blocks, in place."""
         tangents = self.slopes @ positions[self.facets][:, None]
         _, square, half = _invariants(tangents)
         _, first, second = _inverse(square)

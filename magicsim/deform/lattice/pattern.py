@@ -15,7 +15,6 @@ class BlockPattern:
     """Compressed rows of the upper triangle over the free nodes' unknowns."""
 
     size: int
-    """Number of unknowns."""
     indptr: Indices
     """Start of each row, shape (size + 1,)."""
     indices: Indices

@@ -94,7 +94,6 @@ class Relaxation:
     elasticity: Elasticity
     """The long-term lattice."""
     branches: Branches
-    """Relaxation times and moduli."""
     excess: Array
     """H: the springs of unit modulus less the network by the Gauss rule, shape (cells, 8, 8) [mm]."""
     gradients: Array
@@ -151,11 +150,6 @@ class Relaxation:
     def advanced(self, state: RelaxationState, positions: Array, *, dt_s: float) -> RelaxationState:
         """The branches at the end of a time step whose equilibrium is known.
 
-        Args:
-            state: At the start of the step.
-            positions: Equilibrium at the end of the step, shape (nodes, 3) [mm].
-            dt_s: Length of the step, the same as for `timed_elasticity` [s].
-
         Raises:
             ConfigError: The step is negative.
         """
@@ -188,11 +182,7 @@ class Relaxation:
 
 
 def body_branches(design: ElastomerDesign, lattice: Lattice) -> Branches:
-    """The branches of a design for a timed path.
-
-    Raises:
-        ConfigError: The body has no Prony series, or its bulk modulus is too small for it.
-    """
+    """The branches of a design for a timed path; `ConfigError` without a Prony series that its bulk modulus allows."""
     body = design.materials.body
     if not body.prony:
         msg = "materials.body.prony is missing: a timed path needs the relaxation of the body (time_s and modulus_mpa)"

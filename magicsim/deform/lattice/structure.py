@@ -113,13 +113,7 @@ class Lattice:
 
 
 def box_lattice(planes_mm: Planes, *, shear_modulus_mpa: float, lame_mpa: float) -> Lattice:
-    """A lattice of one material.
-
-    Args:
-        planes_mm: Increasing node planes along x, y and z [mm].
-        shear_modulus_mpa: Shear modulus mu [MPa].
-        lame_mpa: First Lame parameter lambda [MPa].
-    """
+    """A lattice of one material on increasing planes along x, y and z [mm]."""
     x, y, z = (np.asarray(planes, float) for planes in planes_mm)
     nodes = np.stack(np.meshgrid(z, y, x, indexing="ij"), -1)[..., ::-1].reshape(-1, 3)
     number = np.arange(len(nodes)).reshape(len(z), len(y), len(x))
@@ -164,15 +158,7 @@ def build_lattice(design: ElastomerDesign, *, zone: Zone | None = None) -> Latti
 
 
 def lattice_on(planes_mm: Planes, design: ElastomerDesign) -> Lattice:
-    """A design's stiffness on given node planes, those between skin and core among them.
-
-    Args:
-        planes_mm: Increasing node planes along x, y and z [mm].
-        design: The block.
-
-    Raises:
-        GeometryError: The grid does not fit the block.
-    """
+    """A design's stiffness on given node planes [mm], those between skin and core among them."""
     grid, body = resolve_grid(design), design.materials.body
     lattice = box_lattice(planes_mm, shear_modulus_mpa=body.shear_modulus_mpa, lame_mpa=body.lame_mpa)
     if design.mounting.base == "table":

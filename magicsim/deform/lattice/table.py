@@ -105,13 +105,7 @@ class Table:
         return replace(self.memory, limit_mpa=self.friction * self._pressure_mpa(positions))
 
     def add_stiffness(self, positions: Array, indptr: Indices, values: Array) -> None:
-        """Adds the derivative of the forces, its sign changed, to an upper triangle in 3 x 3 blocks, in place.
-
-        Args:
-            positions: Node positions, shape (nodes, 3) [mm].
-            indptr: Starts of the rows; the diagonal block comes first in each.
-            values: Entries [N/mm].
-        """
+        """Adds the derivative of the forces, its sign changed, to an upper triangle in 3 x 3 blocks, in place."""
         slip, size, amount = self._slip(positions)
         stick = self._stick()
         slides = stick * size >= self.memory.limit_mpa

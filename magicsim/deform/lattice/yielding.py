@@ -63,11 +63,7 @@ class FlowLaw:
 
     @classmethod
     def of(cls, design: ElastomerDesign, lattice: Lattice, yield_mpa: float | None) -> Self | None:
-        """The law of a design's infill that yields at a shear stress [MPa]; None where it never does.
-
-        Raises:
-            ConfigError: The stress is not allowed, or the block has no infill.
-        """
+        """The law of a design's infill that yields at a shear stress [MPa]; None where it never does."""
         if yield_mpa is None:
             return None
         check_number("infill_yield_mpa", yield_mpa, 1e-6, MOST_YIELD_MPA)

@@ -65,12 +65,7 @@ class Zone:
 
 
 def contact_zone(indenters: Iterable[Indenter], design: ElastomerDesign) -> Zone | None:
-    """Bounding rectangle of where an object touches the undeformed face or lies above it; None where nowhere.
-
-    Args:
-        indenters: The object in the poses that bound its path.
-        design: The block.
-    """
+    """Bounding rectangle of where an object touches the undeformed face or lies above it; None where nowhere."""
     intervals = [round(size / SAMPLE_MM) for size in design.footprint_mm]
     axes = [
         (np.arange(count + 1) - count / 2) * (size / count)
@@ -100,12 +95,7 @@ def contact_zone(indenters: Iterable[Indenter], design: ElastomerDesign) -> Zone
 def graded_planes(planes_mm: Array, low_mm: float, high_mm: float, growth: float, *, keep_mm: Array) -> Array:
     """A subset of node planes: all of them from `low_mm` to `high_mm`, fewer and fewer away from there.
 
-    Args:
-        planes_mm: Planes of the uniform lattice, increasing [mm].
-        low_mm: Start of the fine part [mm].
-        high_mm: End of the fine part [mm].
-        growth: Ratio of neighbouring spacings outside, at least 1; 1 keeps every plane.
-        keep_mm: Planes that must stay, such as those between skin and core [mm].
+    Outside neighbouring spacings grow by a ratio, at least 1, which keeps every plane; some planes must stay [mm].
     """
     if growth == 1:
         return planes_mm

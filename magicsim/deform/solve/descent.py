@@ -87,15 +87,7 @@ def shortened(
 
 
 def search(problem: Problem, surface: Surface, start: Iterate, direction: Array, *, is_stiffened: bool) -> Iterate:
-    """The state after the longest acceptable step; stuck where every trial folds a cell.
-
-    Args:
-        problem: The lattice and its solver.
-        surface: The object in the pose of this load step.
-        start: Where the step begins.
-        direction: Motion of the nodes, shape (nodes, 3) [mm].
-        is_stiffened: Whether its matrix is stiffer than the Hessian: the step may be short of the minimum along it.
-    """
+    """The state after the longest acceptable step along a direction; stuck where every trial folds a cell."""
     options, lattice, volumes = problem.options, problem.elasticity.lattice, problem.elasticity.volumes
     growth = np.einsum("ci,ci->c", start.elastic.volume_gradient, direction[lattice.cells].reshape(-1, 24)) / volumes
     strain = start.elastic.jacobian - 1

@@ -90,14 +90,7 @@ class _Point:
 def solve_face(
     problem: FaceProblem, memory: ContactMemory, *, accuracy: float, predictor: Surface | None = None
 ) -> tuple[Array, ContactMemory] | None:
-    """Motion of the nodes, shape (3 nodes,) [mm], and the memory of contact that belongs to it; None where it fails.
-
-    Args:
-        problem: Body, face and object.
-        memory: Multipliers, anchors and limits of the face's points.
-        accuracy: The body's relative residual, which says how exactly this problem has to be solved.
-        predictor: A surface that the face follows roughly, memory as it is, before the object's own decides.
-    """
+    """Motion of the nodes, shape (3 nodes,) [mm], and the memory of contact that belongs to it; None where it fails."""
     options = problem.whole.options
     target = float(np.clip(RESIDUAL_PACE * accuracy, *RESIDUALS))
     patience = Patience(

@@ -101,7 +101,6 @@ class Effort:
     share: float = 0.0
     """How much of the way is done."""
     progress: Progress | None = None
-    """Told after every iteration."""
 
     def note(self, iterate: Iterate) -> None:
         """Counts an iteration, and tells how far the solve is, if anybody asked."""

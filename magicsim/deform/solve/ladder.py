@@ -87,7 +87,6 @@ class Strides:
     done: float = 0.0
     care: Care = Care.ORDINARY
     cutbacks: int = 0
-    """Steps that were halved."""
     _stride: float = 0.0
 
     def __post_init__(self) -> None:

@@ -168,17 +168,7 @@ def iterate_pose(
     may_use_path: bool,
     note: Callable[[Iterate], None],
 ) -> Iterate:
-    """Where the iterations on a pose end.
-
-    Args:
-        problem: The lattice, its tolerances and limits.
-        condenser: Takes the steps.
-        indenter: The object in its pose.
-        before: The object in the pose of the last equilibrium.
-        start: That equilibrium.
-        may_use_path: Whether the factor that the path has left is used.
-        note: Hears of every iteration.
-    """
+    """Where the iterations on a pose end, begun at the last equilibrium, with the object there and where it is now."""
     problem = problem.on_table(start.table)
     nodes, surface = problem.elasticity.lattice.nodes_mm, indenter.distance
     positions, moved = nodes + start.displacements_mm, moved_surface(indenter, before)

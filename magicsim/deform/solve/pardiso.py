@@ -45,9 +45,6 @@ def has_pardiso() -> bool:
 
     Says where MKL is, in the variable that pypardiso and child processes look at: every one of pypardiso's solvers
     would search the whole environment's folders for it.
-
-    Raises:
-        OutputError: The current folder is gone.
     """
     check_current_folder()
     os.environ.setdefault(WAITING_VARIABLE, "0")

@@ -60,15 +60,7 @@ class Problem:
         point_spacing_mm: float,
         branches: Branches | None,
     ) -> Self:
-        """A problem with the penalties that fit its lattice; its elasticity is that of the long term.
-
-        Args:
-            lattice: The block.
-            options: Tolerances and limits.
-            friction: Coulomb's coefficient.
-            point_spacing_mm: Largest distance between contact points at rest [mm].
-            branches: Relaxation of a timed path, which makes the body stiffer at first.
-        """
+        """A problem with the penalties that fit its lattice; its elasticity is that of the long term."""
         face = contact_face(lattice, point_spacing_mm=point_spacing_mm)
         pattern = block_pattern(lattice, face.patches)
         edge_mm = lattice.smallest_edge_mm

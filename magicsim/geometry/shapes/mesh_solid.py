@@ -35,7 +35,6 @@ class MeshShape:
     """Least and largest coordinates, shape (2, 3) [mm]."""
     feature_mm: float
     tree: Any
-    """`igl.AABB` of the triangles."""
     normals: Array
     """Pseudonormals, shape (7, triangles, 3): of the face, of its edges opposite to corners 0 to 2, of its corners."""
 

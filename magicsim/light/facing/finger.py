@@ -94,7 +94,6 @@ class FacingFinger:
     mesh: SurfaceMesh
     """Object, companion and finger, in the frame that smoothing is made for."""
     finish: Finish
-    """Surface of the mesh."""
     object_vertices: Array
     """Vertices of the object in its own frame, shape (vertices, 3) [mm]; they come first in the mesh."""
     companion_vertices: Array

@@ -43,7 +43,6 @@ class Look:
     samples: int
     """Camera samples of each pixel that are traced on where the object mirrors."""
     seed: int
-    """Seed of the frame."""
     passing: PassingLight | None = None
     """What passes, in its place, if what it changes is looked at: `field` is then its change of the light."""
 

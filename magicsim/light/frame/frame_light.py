@@ -62,11 +62,9 @@ class Before:
     placed: Callable[[], Outside]
     """Puts what stands before the block where it stood then; it may be somewhere else when the light is asked for."""
     rest: Untouched
-    """The untouched sensor."""
     control: Untouched
     """The untouched sensor with the particles and random numbers of the frame."""
     seed: int
-    """Seed of the frame."""
 
     @cached_property
     def anchor(self) -> LightField:

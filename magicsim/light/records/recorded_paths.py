@@ -54,7 +54,6 @@ class RecordedPaths:
     owner: Numbers
     """The pixel of each ray."""
     samples: int
-    """Paths of each pixel."""
     regions: Regions | None
     """Boxes that the paths met surfaces in, if they were asked for."""
     met: npt.NDArray[np.uint32]

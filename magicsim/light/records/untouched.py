@@ -43,11 +43,8 @@ class Untouched:
     """
 
     fields: dict[str, LightField]
-    """What each light brings."""
     particles: dict[str, int]
-    """Particles of each light."""
     paths: "RecordedPaths"
-    """Paths of the camera."""
     light: "RecordedLight"
     """Light of the strips that leaves the block."""
     room: "RecordedLight | None" = None

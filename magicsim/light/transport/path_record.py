@@ -103,7 +103,6 @@ class Gathered:
     place: Any
     """Where that is taken from [mm]."""
     active: Any
-    """Which paths gather anything."""
 
     def otherwise(self, *, element: Any, gain: Any, place: Any, active: Any) -> Self:
         """What other paths gather, where these do not."""

@@ -109,7 +109,6 @@ class ObjectStarts:
     end: Any
     """Numbers of the only path of a lane and of the next, mi.UInt32 of size 1."""
     depth: int = 1
-    """Interactions before the start."""
     asked: int = 0
     """What was asked for the lights before it, see `coating.ASKED`."""
 
@@ -145,7 +144,6 @@ class ObjectRays:
 
     rays: Any
     triangle: Index
-    """The triangle of each."""
     area_mm2: Array
     """Area that each stands for [mm2]."""
 

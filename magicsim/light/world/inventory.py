@@ -35,7 +35,6 @@ class GridState:
 
     mesh: SurfaceMesh
     cells: int
-    """Their number."""
     centres_mm: Array
     """Mean of the vertices of each cell, shape (cells, 3) [mm]."""
     faces: CellFaces | None

@@ -24,7 +24,6 @@ class Shapes:
     infill: Any
     """All cells, or None without a grid."""
     object: Any
-    """What approaches, or None."""
     triangles_per_cell: int
     faces: CellFaces | None
     """Faces of the cells, for `next_hit`; None to search all triangles for every hit."""

@@ -196,12 +196,10 @@ class Lamps:
     """The corners of each triangle, mi.Point3f [mm]."""
     normals: Any
     areas: Any
-    """Area of each [mm2]."""
     exponents: Any
     """Power of the cosine that the intensity falls with."""
     radiance: Any
     count: int
-    """Number of triangles."""
     turns: Any
     """Mirrors of each row, mi.Vector3f."""
     straight: list[int]

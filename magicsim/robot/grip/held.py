@@ -42,7 +42,6 @@ class Limits:
     tolerance_n: float
     """Largest component out of balance [N]."""
     longest_mm: float = 0.5
-    """Longest step [mm]."""
     most_mm: float = 3.0
     """Way from the start beyond which the body is lost [mm]."""
     low: Array
@@ -61,7 +60,6 @@ class RestingPlace:
     """Generalised force there, shape (n,) [N]."""
     search: Search
     trials: int
-    """Evaluations of the force."""
     limit: int | None = None
     """The coordinate at whose limit it is driven on."""
 

@@ -28,7 +28,6 @@ class Touch:
     x_mm: Range = (-6.0, 6.0)
     """Part of the contact face where the lattice is fine, along x [mm]. Contact beyond is solved on coarser cells."""
     y_mm: Range = (-6.0, 6.0)
-    """Likewise along y [mm]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
