@@ -104,8 +104,7 @@ class Inventory:
     ) -> None:
         """Inventory of a scene that keeps its block in a group, out of sight.
 
-        The block is in a group, out of sight. The object is in its own frame: its smoothing must not depend on the pose
-        that is rendered first.
+        The object is in its own frame: its smoothing must not depend on the pose that is rendered first.
         """
         self._scene, self._body, self._infill = scene, block[BODY], block.get(INFILL)
         self.environment = surroundings(scene.environment(), rig)
