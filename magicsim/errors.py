@@ -50,7 +50,6 @@ class MagicsimError(ValueError):
     """
 
     def __init__(self, message: str = "") -> None:
-        """Takes the message."""
         super().__init__(one_line(message))
 
 

@@ -38,7 +38,6 @@ class LossyStream:
     """A stream whose reader may go: what can no longer be told does not end the work."""
 
     def __init__(self, stream: TextIO) -> None:
-        """Takes the stream."""
         self._stream = stream
 
     def write(self, text: str) -> int:

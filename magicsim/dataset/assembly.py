@@ -66,15 +66,12 @@ class Layout:
         return [name for name, members in zip(self._names, self._members, strict=True) if len(members)]
 
     def __len__(self) -> int:
-        """Number of files."""
         return self._count
 
     def __iter__(self) -> Iterator[ShardPlan]:
-        """All files in order."""
         return (self[index] for index in range(len(self)))
 
     def __getitem__(self, index: int) -> ShardPlan:
-        """One file by its number."""
         split = [each for each in self._begins if self._begins[each] <= index][-1]  # of equal ones all but it are empty
         number = index - self._begins[split]
         return ShardPlan(
@@ -102,7 +99,6 @@ class Assembly:
     """The state of one run; everything that lasts is in the folder."""
 
     def __init__(self, ledger: Ledger, recipe: Recipe, manifest: Manifest, schema: pa.Schema) -> None:
-        """Takes up what an earlier run left."""
         self.ledger, self.out, self.schema, self.manifest = ledger, ledger.out, schema, manifest
         self._layout = Layout(recipe)
         self._failed = {each.episode: each for each in manifest.failed if each.kind == "refused"}

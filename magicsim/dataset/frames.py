@@ -46,7 +46,6 @@ class FrameTable:
     path: Path
 
     def __len__(self) -> int:
-        """Number of rows."""
         return len(self.rows)
 
     def __getitem__(self, number: int) -> dict[str, Any]:
@@ -60,7 +59,6 @@ class FrameTable:
         return {column.name: self._value(column, row) for column in self.columns}
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
-        """All rows in order."""
         return (self[number] for number in range(len(self)))
 
     def column(self, name: str) -> AnyArray:

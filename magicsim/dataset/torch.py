@@ -45,11 +45,9 @@ class TouchDataset(Dataset[Sample]):
         self.transform = transform
 
     def __len__(self) -> int:
-        """Number of rows."""
         return len(self.frames)
 
     def __getitem__(self, number: int) -> Any:  # noqa: ANN401 - what the transform returns
-        """One sample, or what `transform` makes of it."""
         cv2.setNumThreads(0)  # workers are processes; threads in them would fight for the same cores
         sample = {name: _tensor(value) for name, value in self.frames[number].items()}
         return self.transform(sample) if self.transform is not None else sample

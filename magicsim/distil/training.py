@@ -61,7 +61,6 @@ class Library:
         return Example.read(self.paths[number].read_bytes())
 
     def __iter__(self) -> Iterator[Example]:
-        """All examples."""
         return (self.read(number) for number in range(len(self.paths)))
 
     def maker(self, example: Example) -> FieldMaker:

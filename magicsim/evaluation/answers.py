@@ -67,7 +67,6 @@ class SeenFrames:
     """What becomes known of frames while they pass."""
 
     def __init__(self, references: Iterable[Frame]) -> None:
-        """Begins with references."""
         self._digest, self._levels = sha256(), list[float]()
         for each in references:
             self._add(each)

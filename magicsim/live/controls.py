@@ -129,7 +129,6 @@ class Course:
     """Normal and tangential force of the last steps."""
 
     def __init__(self) -> None:
-        """Without any."""
         self._steps: deque[tuple[float, float]] = deque(maxlen=KEPT)
         self._first = 0
 
@@ -175,7 +174,6 @@ class Controls:
     """Everything in the panel that asks for something."""
 
     def __init__(self, server: viser.ViserServer, space: Workspace, wish: Wish, asked: Asked) -> None:
-        """Adds the controls to the panel."""
         self._gui, self._space, self._asked, self._wish = server.gui, space, asked, wish
         self._sliders: dict[str, Any] = {}
         with self._gui.add_folder("Object"):

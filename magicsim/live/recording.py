@@ -23,12 +23,10 @@ class Recording:
     """The frames of one recording, in order; lights, exposure and design stay as they are meanwhile."""
 
     def __init__(self, scene: SceneConfig, references: Sequence[SimulatedFrame], printed: Lattice, begun: Wish) -> None:
-        """Empty."""
         self.scene, self.references, self.printed, self.begun = scene, tuple(references), printed, begun
         self._frames: list[SimulatedFrame] = []
 
     def __len__(self) -> int:
-        """Number of frames, without the references."""
         return len(self._frames)
 
     @property

@@ -64,7 +64,6 @@ class Session:
     """The sensor of the window; used by one thread alone."""
 
     def __init__(self, scene: SceneConfig, *, quality: Quality, workspace: Workspace, told: Told) -> None:
-        """Builds nothing yet."""
         self.scene, self.quality, self.workspace = scene, quality, workspace
         self._told = told
         self._live: LiveSensor | None = None

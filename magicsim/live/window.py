@@ -112,11 +112,9 @@ class LiveWindow:
             close_server(self._server)
 
     def __enter__(self) -> Self:
-        """Itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Closes."""
         self.close()
 
     def _lay_out(self, scene: SceneConfig, space: Workspace) -> None:

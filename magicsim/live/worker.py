@@ -17,7 +17,6 @@ class Mailbox(Generic[T]):
     """Holds at most one request."""
 
     def __init__(self) -> None:
-        """Empty and open."""
         self._changed = threading.Condition()
         self._newest: T | None = None
         self._is_closed = False
@@ -72,7 +71,6 @@ class Worker:
     """
 
     def __init__(self, session: Session, show: Callable[[Sight], None], failed: Callable[[str], None]) -> None:
-        """Does nothing before `start`."""
         self._session, self._show, self._failed = session, show, failed
         self._wishes: Mailbox[Wish] = Mailbox()
         self._thread = threading.Thread(target=self._work, name="magicsim-live", daemon=True)

@@ -295,11 +295,9 @@ class Gripper:
         self.lower.close()
 
     def __enter__(self) -> Self:
-        """Itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Releases."""
         self.release()
 
     @contextmanager

@@ -346,11 +346,9 @@ class LiveSensor:
         self._darkroom = None
 
     def __enter__(self) -> Self:
-        """Itself."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Closes."""
         self.close()
 
     @property

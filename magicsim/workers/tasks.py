@@ -52,7 +52,6 @@ class LocalPool:
     """Runs attempts in processes of this machine, which start when there is work for them."""
 
     def __init__(self, function: Callable[[Any], Any], prepare: Prepare | None, options: WorkerOptions) -> None:
-        """Takes what an attempt calls; nothing is started yet."""
         self._function, self._prepare, self._options = function, prepare, options
         self._waiting: deque[tuple[int, object]] = deque()
         self._free: list[_Worker] = []

@@ -47,7 +47,6 @@ class Moments:
         return cls(len(wide), wide.min(0), wide.max(0), wide.sum(0), (wide**2).sum(0))
 
     def __add__(self, other: "Moments") -> "Moments":
-        """Statistics of both together."""
         low, high = np.minimum(self.low, other.low), np.maximum(self.high, other.high)
         return Moments(self.count + other.count, low, high, self.total + other.total, self.squares + other.squares)
 

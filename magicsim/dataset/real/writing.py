@@ -166,7 +166,6 @@ class _Rows:
         self._sequence, self._episode, self._shared, self.size = sequence, episode, shared, size
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
-        """One row a frame."""
         sequence, first_s = self._sequence, math.nan
         for step, frame in enumerate(chain(sequence.references(), sequence.scored(self._episode))):
             self.size = self.size or (frame.image.shape[0], frame.image.shape[1])

@@ -92,7 +92,6 @@ class Drawn(Sequence[DrawnT], Generic[DrawnT]):
         self._count, self._draw = count, lru_cache(maxsize=KEPT)(draw)
 
     def __len__(self) -> int:
-        """How many there are."""
         return self._count
 
     @overload
@@ -100,13 +99,11 @@ class Drawn(Sequence[DrawnT], Generic[DrawnT]):
     @overload
     def __getitem__(self, place: slice) -> Sequence[DrawnT]: ...
     def __getitem__(self, place: int | slice) -> DrawnT | Sequence[DrawnT]:
-        """One of them, or the list of some."""
         if isinstance(place, slice):
             return [self._draw(each) for each in range(*place.indices(self._count))]
         return self._draw(range(self._count)[place])
 
     def __iter__(self) -> Iterator[DrawnT]:
-        """All of them in order."""
         return (self._draw(place) for place in range(self._count))
 
 

@@ -66,7 +66,6 @@ class Edges:
     """Radius of each edge, or what is fine enough for it, shape (samples,) [mm]."""
 
     def __len__(self) -> int:
-        """Number of samples."""
         return len(self.radius_mm)
 
     def split(self, planes_mm: Array, axis: int, *, scale: float) -> Array:

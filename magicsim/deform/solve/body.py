@@ -43,7 +43,6 @@ class FactorStore:
     """Holds one factor; that of another linearisation replaces it, the analysis of the same facets is kept."""
 
     def __init__(self) -> None:
-        """Starts without one."""
         self._held: Linearisation | None = None
         self._part: FacePart | None = None
         self._condenser: SymmetricCondenser | None = None

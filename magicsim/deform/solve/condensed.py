@@ -55,7 +55,6 @@ class Condenser:
     """Takes the steps of one load step after the other, with the body's model of the last ones while it does well."""
 
     def __init__(self) -> None:
-        """Starts without a model."""
         self.store = FactorStore()
         self.linearisation: Linearisation | None = None
         """Linearisation of the model that served last."""

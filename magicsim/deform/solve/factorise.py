@@ -20,7 +20,6 @@ class SuperluSolver:
     """SciPy's SuperLU without pivoting, so that the signs of the pivots tell definiteness."""
 
     def __init__(self, indptr: Indices, indices: Indices) -> None:
-        """Takes the pattern, see `PardisoSolver`."""
         self._pattern = (indices, indptr)
         self._size = len(indptr) - 1
         self._factor: Any = None

@@ -90,7 +90,6 @@ class Strides:
     _stride: float = 0.0
 
     def __post_init__(self) -> None:
-        """Begins with the usual step."""
         self._stride = self.usual
 
     @property

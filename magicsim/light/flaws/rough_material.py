@@ -14,7 +14,6 @@ class SingleDirections(mi.BSDF):  # type: ignore[misc]
     """Reflects (component 0) and transmits (component 1) into directions whose density nobody asks for."""
 
     def __init__(self, properties: Any) -> None:
-        """Declares both components, on both sides."""
         super().__init__(properties)
         both = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
         self.m_components = [mi.BSDFFlags.DeltaReflection | both, mi.BSDFFlags.DeltaTransmission | both]
@@ -78,7 +77,6 @@ class _Bits:
     """Two numbers of 32 bits from two of a renderer's samples, whose bits below the 24th are the other one's."""
 
     def __init__(self, sample: Any) -> None:
-        """From mi.Point2f, uniform."""
         self._values = [sample.x, sample.y]
 
     def next_uint32(self) -> Any:

@@ -187,7 +187,6 @@ class HeldScatterers:
     """Scatterers of one print, computed once for each state of its mesh."""
 
     def __init__(self, drawn: DrawnInclusions, infill_ior: float, reflectance: float) -> None:
-        """Takes what was drawn."""
         self._drawn, self._optics = drawn, (infill_ior, reflectance)
         self._positions: Any = None
         self._state: tuple[Scatterers, Array] | None = None

@@ -136,7 +136,6 @@ class UntouchedStates:
     """The last few sensors of this process, and those on disk; their content depends on their key alone."""
 
     def __init__(self, store: UntouchedStore | None = None) -> None:
-        """Holds nothing."""
         self._states: OrderedDict[str, Untouched] = OrderedDict()
         self._made: dict[str, OrderedDict[str, Any]] = {}
         self._store = store

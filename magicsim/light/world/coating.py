@@ -241,7 +241,6 @@ class FaceCoating:
     """Coat and markers of a block, which follow its mesh."""
 
     def __init__(self, elastomer: Elastomer, rig: Rig) -> None:
-        """Reads the paint of a design."""
         design, paint = elastomer.design, face_paint(elastomer.design)
         coat = design.coat
         texels = paint.texels if paint is not None else np.array(CLEAR).reshape(1, 1, 4)

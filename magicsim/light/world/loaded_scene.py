@@ -111,7 +111,6 @@ class Worlds:
         object_finish: Finish,
         load: Callable[[WorldContent], World],
     ) -> None:
-        """Loads nothing yet."""
         self._elastomer, self._load = elastomer, load
         self._mesh, self._finish = object_mesh, object_finish
         self._kept: dict[tuple[bool, bool], World] = {}

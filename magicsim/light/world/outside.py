@@ -59,7 +59,6 @@ class Outsides:
     def __init__(
         self, rig: Rig, object_mesh: SurfaceMesh | None, object_finish: Finish, load: Callable[[WorldContent], Any]
     ) -> None:
-        """Loads nothing yet."""
         self._rig, self._mesh, self._finish, self._load = rig, object_mesh, object_finish, load
         self._kept: dict[tuple[bool, bool], Outside] = {}
 

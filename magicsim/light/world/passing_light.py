@@ -18,7 +18,6 @@ class PassingLight:
     """The change of the room by something that can be moved."""
 
     def __init__(self, passing: Passing, room: Any, ambient: tuple[float, float, float]) -> None:
-        """Stands nowhere yet."""
         self._room, self._color = room, mi.Color3f(*(dr.opaque(mi.Float, each) for each in self._own(passing, ambient)))
         numbers = (passing.distance_mm, passing.rise_mm, *(size / 2 for size in passing.size_mm))
         self._distance, self._rise, self._half_width, self._half_height = (dr.opaque(mi.Float, n) for n in numbers)

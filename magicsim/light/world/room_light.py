@@ -168,7 +168,6 @@ class NearRoom:
     """
 
     def __init__(self, far: Any, distance_mm: float) -> None:
-        """Puts it there."""
         self._far, self._distance = far, dr.opaque(mi.Float, distance_mm)
 
     def eval(self, si: Any, active: Any = True) -> Any:

@@ -60,7 +60,6 @@ class FingerPair:
     """The two sensors and the object, in the gripper's frame."""
 
     def __init__(self, upper: LiveSensor, lower: LiveSensor, target: AnyObject, *, sees_other: bool) -> None:
-        """Takes both."""
         self.upper, self.lower, self.target = upper, lower, target
         self._sees_other = sees_other
 
