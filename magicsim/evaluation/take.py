@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -28,14 +28,14 @@ from magicsim.folder.kept import kept_takes
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.judge.tally import Role
-from magicsim.light.records.untouched_store import shared_states
 from magicsim.light.variant import activate_variant
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import ContactSettings, Keyframe, OutputSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.plan import plan_scene
-from magicsim.simulation.sensor import Sensor, room_radiance
-from magicsim.simulation.stream import RenderedState, stream_states
+
+if TYPE_CHECKING:
+    from magicsim.simulation.stream import RenderedState
 
 NO_OUTPUT = OutputSettings.nothing()
 
@@ -186,6 +186,10 @@ def cached_take(scene: SceneConfig, cache: Path) -> Take:
 
 def film_take(scene: SceneConfig) -> Take:
     """All states of a scene, every one that looks different rendered once."""
+    from magicsim.light.records.untouched_store import shared_states
+    from magicsim.simulation.sensor import Sensor, room_radiance
+    from magicsim.simulation.stream import stream_states
+
     sensor = Sensor.for_scene(scene, untouched=shared_states())
     untouched = sensor.render(UNTOUCHED, sensor.rest)
     frames = list(stream_states(sensor, plan_scene(scene), untouched))
@@ -193,8 +197,8 @@ def film_take(scene: SceneConfig) -> Take:
 
 
 def assembled(
-    frames: Sequence[RenderedState],
-    look: Callable[[RenderedState], FloatImage],
+    frames: "Sequence[RenderedState]",
+    look: "Callable[[RenderedState], FloatImage]",
     *,
     first: FloatImage | None = None,
     room: FloatImage | None = None,

@@ -102,10 +102,9 @@ def _other_llvm(library: Path) -> str | None:
 
 
 def offered_variants() -> list[str]:
-    """Members of `VARIANTS` that the installed Mitsuba brings, whether they run here or not."""
-    import mitsuba as mi
-
-    return [name for name in VARIANTS if name in mi.variants()]
+    """Members of `VARIANTS` that the installed Mitsuba brings, whether they run here or not; it is not loaded."""
+    brought = {file.name.partition(".")[0] for file in importlib.metadata.files("mitsuba") or ()}
+    return [name for name in VARIANTS if name in brought]
 
 
 def _choose() -> str:

@@ -6,6 +6,7 @@ finds the LEDs only by rare chance, which shows as single glaring pixels.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import scipy.sparse as sp
@@ -29,6 +30,8 @@ FACING = 0.5
 PATCH = 0.5
 """Edge of the voxels in which triangles that face alike are taken together, in standard deviations of the kernel, which
 it widens by 1 %."""
+KEPT = 8
+"""Kernels that are kept: episodes press objects of the same shape."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,8 +101,14 @@ def irradiance_kernel(
     mesh: SurfaceMesh, width_mm: float = SMOOTHING_MM, wanted: Mask | None = None
 ) -> IrradianceKernel:
     """Gaussian kernel between triangles, or the wanted ones, and patches of a mesh that lie close and face alike."""
-    rows = np.arange(len(mesh.faces)) if wanted is None else np.flatnonzero(wanted)
-    corners = mesh.vertices[mesh.faces]
+    chosen = np.ones(len(mesh.faces), bool) if wanted is None else wanted
+    return _kernel(mesh.vertices.tobytes(), mesh.faces.tobytes(), chosen.tobytes(), width_mm)
+
+
+@lru_cache(KEPT)
+def _kernel(vertices: bytes, faces: bytes, wanted: bytes, width_mm: float) -> IrradianceKernel:
+    rows = np.flatnonzero(np.frombuffer(wanted, bool))
+    corners = np.frombuffer(vertices).reshape(-1, 3)[np.frombuffer(faces, np.int32).reshape(-1, 3)]
     centres = corners.mean(1)
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     double_area = np.linalg.norm(cross, axis=1)

@@ -1,6 +1,6 @@
 """Small sensors that render in seconds."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import pytest
 
@@ -17,6 +17,14 @@ SMALL = (
     "render.particles=60000",
     "render.anchor_samples=0",
 )
+
+
+@pytest.fixture(scope="module")
+def untouched_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Tests of one untouched sensor compute it once, as commands do, and keep it in a folder of this run."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MAGICSIM_CACHE", str(tmp_path_factory.getbasetemp() / "untouched"))
+        yield
 
 
 @pytest.fixture(scope="session")

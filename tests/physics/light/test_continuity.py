@@ -11,7 +11,9 @@ from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import ALONE, UNTOUCHED, FrameState
 from magicsim.simulation.sensor import Sensor
 
-pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
+pytestmark = [
+    pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA"), pytest.mark.usefixtures("untouched_once"),
+]  # fmt: skip
 SMALL = (
     "design.footprint_mm=[16,20]", "design.lattice.spacing_mm=1.2", "rig.camera.columns=48", "rig.camera.rows=60",
     "rig.camera.field_mm=14", "render.samples=4", "render.particles=8000", "render.anchor_samples=16",

@@ -11,6 +11,7 @@ from magicsim.light.renderer import Renderer
 from magicsim.scenes.timeline import UNTOUCHED, View
 from magicsim.simulation.sensor import Sensor
 
+pytestmark = pytest.mark.usefixtures("untouched_once")
 DISTANCE_MM = 12.0
 AGREEMENT = 0.06
 """Of the light that the other finger adds: its face counts as glowing alike in all directions, in two-millimetre

@@ -11,7 +11,9 @@ from magicsim.light.backend import VARIANT
 from magicsim.scenes.timeline import timeline
 from magicsim.simulation.sensor import Sensor
 
-pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
+pytestmark = [
+    pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA"), pytest.mark.usefixtures("untouched_once"),
+]  # fmt: skip
 CHEAP = (
     "render.samples=2", "render.particles=2000", "render.anchor_samples=4", "render.anchor_particles=4000",
     "design.lattice.spacing_mm=2",

@@ -19,6 +19,7 @@ from magicsim.emulator.emulator import EMULATED, OFF, Emulator
 from magicsim.emulator.fields import FieldMaker
 from magicsim.emulator.model import ErrorRow, TouchModel, find_model
 from magicsim.errors import ConfigError, RenderError
+from magicsim.light.records.untouched_store import UntouchedStates
 from magicsim.robot import LiveSensor
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, TierError
@@ -36,8 +37,14 @@ def at(gap_mm: float, **changed: object) -> FrameState:
 
 
 @pytest.fixture(scope="module")
-def true() -> Sensor:
-    return Sensor.for_scene(small_scene())
+def states() -> UntouchedStates:
+    """The untouched sensor, which is one for all tests."""
+    return UntouchedStates()
+
+
+@pytest.fixture(scope="module")
+def true(states) -> Sensor:
+    return Sensor.for_scene(small_scene(), untouched=states)
 
 
 @pytest.fixture(scope="module")
@@ -46,13 +53,14 @@ def rest(true):
 
 
 @pytest.fixture
-def fast(true, rest, tmp_path):
+def fast(states, rest, tmp_path):
     """Makes the sensor with a model that a test changes."""
 
     def make(*settings: str, **changed: object) -> Sensor:
         path = tmp_path / "made-up.touch"
         path.write_bytes(small_model(small_scene(), rest, **changed).to_bytes())
-        return Sensor.for_scene(small_scene("render.tier=fast", f"render.model='{path}'", *settings))
+        scene = small_scene("render.tier=fast", f"render.model='{path}'", *settings)
+        return Sensor.for_scene(scene, untouched=states)
 
     return make
 

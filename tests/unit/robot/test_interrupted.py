@@ -68,7 +68,8 @@ def test_interrupted_sensor_gives_the_same_forces_and_pictures(most: int | None)
         assert differences(steps, most=most) == []
 
 
-@pytest.mark.parametrize("most", SIZES)
+@pytest.mark.slow
+@pytest.mark.parametrize("most", [1, None])
 def test_interrupted_gripper_keeps_both_fingers(most: int | None):
     with Gripper(load_scene("grip", SMALL), workspace=SPACE, sees_other=False) as grip:
 
