@@ -8,7 +8,9 @@ from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.sensor import Sensor
 
-pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
+pytestmark = [
+    pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA"), pytest.mark.usefixtures("untouched_once"),
+]  # fmt: skip
 SMALL = (
     "rig.strips=[]", "design.footprint_mm=[12,14]", "rig.camera.field_mm=10", "rig.camera.columns=24",
     "rig.camera.rows=28", "rig.camera.blur_px=0", "object.radius_mm=4",
