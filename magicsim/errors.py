@@ -25,12 +25,7 @@ def visible(text: str) -> str:
 
 
 def shortened(text: str, length: int) -> str:
-    """The text, or its head and tail with a note of how much lies between.
-
-    Args:
-        text: Of any length.
-        length: Longest result [characters].
-    """
+    """The text, or its head and tail with a note of how much lies between."""
     if len(text) <= length:
         return text
     kept = max(2, length - len(f" [... {len(text)} characters ...] "))

@@ -39,21 +39,12 @@ class FrameClass(StrEnum):
 
 
 def frame_label(frame_class: FrameClass | None, *, touches: bool) -> str:
-    """How tables name the class of a frame that is no reference: every touch has a name, empty are frames in between.
-
-    Args:
-        frame_class: From `classify_frame`.
-        touches: Whether a contact force acts.
-    """
+    """How tables name a class: every touch, told by force, has a name; empty are frames in between."""
     return str(frame_class) if frame_class is not None else LIGHT_TOUCH if touches else ""
 
 
 def scored_class(label: str | None) -> FrameClass | None:
-    """The class that a table's label stands for; None for a frame that is not scored.
-
-    Raises:
-        ConfigError: It is no label.
-    """
+    """The class that a table's label stands for, `ConfigError` for no label; None for a frame that is not scored."""
     if not label or label == LIGHT_TOUCH:
         return None
     if label not in set(FrameClass):

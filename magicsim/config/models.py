@@ -216,10 +216,6 @@ def read_whole(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
     """Content of a TOML file, with the design, the rig and the object that it names put in place, and with overrides.
 
     A file that is named by its path is looked for beside this one first.
-
-    Raises:
-        PresetError: What it names does not exist.
-        ConfigError: A file cannot be read, or an override has the wrong form.
     """
     return in_place(read_with_paths(path), path.parent, overrides)
 

@@ -62,11 +62,7 @@ class FrameTable:
         return (self[number] for number in range(len(self)))
 
     def column(self, name: str) -> AnyArray:
-        """A column of plain values or vectors as one array, a row each.
-
-        Raises:
-            ConfigError: No such column, or one of images or matrices.
-        """
+        """A column of plain values or vectors as one array, a row each; `ConfigError` for images and matrices."""
         column = next((each for each in self.columns if each.name == name), None)
         plain = [each.name for each in self.columns if each.feature["_type"] not in {BYTES, MATRIX}]
         if column is None or name not in plain:
@@ -78,11 +74,7 @@ class FrameTable:
         return replace(self, rows=self.rows[np.asarray(chosen, bool)])
 
     def split(self, name: str) -> "FrameTable":
-        """The rows of a split as it is stored.
-
-        Raises:
-            ConfigError: There is no such split.
-        """
+        """The rows of a split as it is stored; `ConfigError` where there is none of that name."""
         stored = self.split_of[self.rows]
         if name not in stored:
             raise ConfigError(unknown_choice("split", name, sorted(set(stored.tolist()))))

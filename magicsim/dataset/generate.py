@@ -183,11 +183,7 @@ def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> As
 
 
 def _check_forces(episodes: Iterable[DrawnEpisode]) -> None:
-    """Refuses forces that an object does not reach: the largest that each kind was drawn with is pressed.
-
-    Raises:
-        ConfigError: One is not reached before the depth limit.
-    """
+    """Refuses (`ConfigError`) forces that an object does not reach; of each kind the largest is pressed."""
     hardest: dict[str, DrawnEpisode] = {}
     for each in episodes:
         if each.must_reach and each.force_n is not None and each.scene.object is not None:

@@ -91,11 +91,7 @@ class PlainRenderer:
         object_finish: Finish | None = None,
         facing: FacingFinger | None = None,
     ) -> None:
-        """Prepares; scenes are loaded when a view first needs them. All frames share the Monte Carlo seed.
-
-        Raises:
-            RenderError: The estimator cannot do what the materials ask for.
-        """
+        """Prepares; scenes are loaded when a view first needs them. All frames share the Monte Carlo seed."""
         self.elastomer = elastomer
         self.rig = rig
         self.settings = settings

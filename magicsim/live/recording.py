@@ -42,8 +42,7 @@ class Recording:
     def episode(self) -> Episode:
         """The episode: references first, frames numbered on from them, its scene's keyframes where the object was.
 
-        Raises:
-            ConfigError: No frame was taken.
+        `ConfigError` where no frame was taken.
         """
         if not self._frames:
             raise ConfigError("nothing was recorded: move the object while recording, each frame that is shown is kept")

@@ -67,11 +67,7 @@ class Darkroom:
         self._strips: Darkroom | None = None
 
     def develop(self, moment: Moment) -> SimulatedFrame:
-        """Renders a moment.
-
-        Raises:
-            RenderError: The image is not valid.
-        """
+        """Renders a moment; `RenderError` where the image is not valid."""
         ready, origin = self._ready, self._made(moment.state, moment.deformation)[1]
         seen = RenderedState(
             state=moment.state, deformation=moment.deformation, radiance=self._lit(moment), origin=origin,
@@ -82,19 +78,11 @@ class Darkroom:
         return frame
 
     def passed(self, moment: Moment) -> CameraMemory:
-        """What the camera's next frame inherits when this moment has gone by, developed or not.
-
-        Raises:
-            RenderError: The image is not valid.
-        """
+        """What the camera's next frame inherits when this moment has gone by, developed or not."""
         return self._ready.camera.passed(self._lit(moment), self._memory(moment), moment.at)
 
     def exposed(self, exposure_grey: float) -> "Darkroom":
-        """One that meters again on the untouched sensor, aiming at another mean grey level; nothing is rendered anew.
-
-        Raises:
-            ConfigError: The level is not allowed.
-        """
+        """One that meters again on the untouched sensor, aiming at another mean grey level; nothing is rendered."""
         rig = self.sensor.rig
         values = rig.camera.model_dump() | {"exposure_grey": exposure_grey}
         camera = validate(Camera, values, source="exposure")
@@ -104,11 +92,7 @@ class Darkroom:
         return other
 
     def resized(self, *, columns: int, rows: int) -> "Darkroom":
-        """One that renders with so many pixels, and meters again; what they see along x stays `camera.field_mm`.
-
-        Raises:
-            ConfigError: The size is not allowed.
-        """
+        """One that renders with so many pixels, and meters again; what they see along x stays `camera.field_mm`."""
         rig = self.sensor.rig
         values = rig.camera.model_dump() | {"columns": columns, "rows": rows}
         camera = validate(Camera, values, source="image size")

@@ -100,11 +100,7 @@ class DigitCamera:
         self.set_fps(max(self._rates))
 
     def set_fps(self, fps: int) -> None:
-        """Chooses one of the stream's frame rates [1/s].
-
-        Raises:
-            ConfigError: Not connected, or another rate.
-        """
+        """Chooses one of the stream's frame rates [1/s]; `ConfigError` for others."""
         self._check_connected()
         if fps not in self._rates:
             allowed = " or ".join(str(rate) for rate in self._rates)

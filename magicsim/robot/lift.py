@@ -39,11 +39,7 @@ class Reach:
     def around(
         cls, target: AnyObject, *, start_gap_mm: Range, offset_mm: float, target_mm: float, deepest_mm: float
     ) -> "Reach":
-        """The limits of a task.
-
-        Raises:
-            ConfigError: The fingers would pass through each other, or the object does not fit between them.
-        """
+        """Limits of a task; `ConfigError` where fingers would pass through each other, or the object does not fit."""
         linkage, touching = Linkage(), sum(half_extents_mm(target))
         narrowest, widest = (linkage.width_mm(angle) for angle in (linkage.least_deg, linkage.most_deg))
         deepest = (touching - narrowest) / 2
@@ -108,11 +104,7 @@ class Lift:
     """One object between the fingers, moved by `step`."""
 
     def __init__(self, gripper: Gripper, *, load: Load, width_mm: float, place: ObjectPlace) -> None:
-        """Places the object on the table between the fingers, which push it away where they would press it.
-
-        Raises:
-            ConfigError: The place is outside of the gripper's workspace.
-        """
+        """Places the object on the table between the fingers, which push it away where they would press it."""
         self.gripper, self.load = gripper, load
         self._y_mm = place.y_mm
         gripper.close(width_mm, place=place, floats=True)

@@ -112,11 +112,7 @@ class LiveSensor:
 
     @property
     def sensor(self) -> Sensor:
-        """The solver and renderer behind.
-
-        Raises:
-            ConfigError: The sensor was closed.
-        """
+        """The solver and renderer behind; `ConfigError` once the sensor is closed."""
         return self._open.sensor
 
     @property
@@ -256,48 +252,28 @@ class LiveSensor:
         self._state = replace(self._state, companion=None if pose is None else pose.key())
 
     def shine(self, *, on: bool = True, x_mm: float = 0.0) -> None:
-        """Turns the flashlight on, shifted along x [mm], or off.
-
-        Raises:
-            ConfigError: The shift is not allowed.
-        """
+        """Turns the flashlight on, shifted along x [mm] as far as is allowed (`ConfigError`), or off."""
         check_number("x_mm", x_mm, -FARTHEST_MM, FARTHEST_MM)
         self._state = replace(self._state, flashlight=on, light_x_mm=float(x_mm) if on else 0.0)
 
     def set_led_strength(self, red: float, green: float, blue: float) -> None:
-        """Radiance of the LED strips' red, green and blue in units of the rig's; exposure stays locked.
-
-        Raises:
-            ConfigError: A strength is negative or above 1000.
-        """
+        """LED strips' red, green and blue, each 0 to 1000 (`ConfigError`) times the rig's; exposure stays locked."""
         strength = (float(red), float(green), float(blue))
         for each in strength:
             check_number("LED strength", each, 0, STRONGEST)
         self._led_strength = strength
 
     def set_exposure_grey(self, exposure_grey: float) -> None:
-        """Meters again, aiming at another mean grey level of the untouched sensor, 1 to 254.
-
-        Raises:
-            ConfigError: The level is not allowed.
-        """
+        """Meters again, aiming at a mean grey level of the untouched sensor of 1 to 254 (`ConfigError` for others)."""
         self._darkroom, self._memory = self._open.exposed(exposure_grey), None
 
     def set_frame_rate(self, frames_per_second: float) -> None:
-        """Sets how much time passes from one frame to the next.
-
-        Raises:
-            ConfigError: Below 0.001, or above 1000.
-        """
+        """Sets the time from frame to frame, by 0.001 to 1000 frames a second (`ConfigError` for others)."""
         check_number("frames_per_second", frames_per_second, MIN_FRAME_RATE, MAX_FRAME_RATE)
         self._frames_per_second = float(frames_per_second)
 
     def set_image_size(self, *, columns: int, rows: int) -> None:
-        """Renders with so many pixels from now on; what they see along x stays `camera.field_mm`.
-
-        Raises:
-            ConfigError: The size is not allowed.
-        """
+        """Renders with so many pixels (`ConfigError` for too many) from now on, which see `camera.field_mm` along x."""
         self._darkroom, self._memory = self._open.resized(columns=columns, rows=rows), None
 
     def now(self) -> Moment:
@@ -328,11 +304,7 @@ class LiveSensor:
         return moment
 
     def develop(self, moment: Moment) -> SimulatedFrame:
-        """Renders a moment; equal states are rendered once.
-
-        Raises:
-            RenderError: The image is not valid.
-        """
+        """Renders a moment, `RenderError` where the image is not valid; equal states are rendered once."""
         with waiting(self._rendering, self._told):
             return self._open.develop(moment)
 

@@ -24,11 +24,7 @@ class Quality:
     output: dict[str, Any] = field(default_factory=dict)
 
     def applied(self, scene: SceneConfig) -> SceneConfig:
-        """The scene as it is solved and rendered at this quality.
-
-        Raises:
-            ConfigError: The coarser scene is not allowed.
-        """
+        """The scene as it is solved and rendered at this quality; `ConfigError` where a coarser one is not allowed."""
         if self.solve == "full" and not (self.render or self.bounds or self.camera or self.output):
             return scene
         data = scene.model_dump()
@@ -61,11 +57,7 @@ QUALITIES = {each.name: each for each in (FULL_QUALITY, CONTROL_QUALITY)}
 
 
 def find_quality(quality: str | Quality) -> Quality:
-    """A quality by its name, or itself.
-
-    Raises:
-        ConfigError: There is none of that name.
-    """
+    """A quality by its name, or itself; `ConfigError` for another name."""
     if isinstance(quality, Quality):
         return quality
     if quality not in QUALITIES:

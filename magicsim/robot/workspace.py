@@ -34,12 +34,8 @@ def waypoints(
     Without friction an equilibrium does not depend on the way. With it, the way is followed from the moment of contact:
     the skin is dragged along, on an oblique way in as well.
 
-    Args:
-        start: Where the object was.
-        end: Where it goes, in a straight line.
-        has_friction: Whether the way matters.
-        reach_mm: Distance from the vertical through the object's origin at which it can touch [mm].
-        lever_mm: Height of the object over its origin, by which a tilt moves what touches [mm].
+    The object touches within `reach_mm` of the vertical through its origin, farther by a tilt, as it is `lever_mm`
+    high.
     """
     if not end.can_touch:
         return []
@@ -150,11 +146,7 @@ class Workspace:
     """How far beyond the ranges of x and y an object may be that does not press: on its way there [mm]."""
 
     def __post_init__(self) -> None:
-        """Checks the limits.
-
-        Raises:
-            ConfigError: A limit is not allowed, or a pair is not in order.
-        """
+        """Checks (`ConfigError`) that limits are allowed and pairs in order."""
         check_number("workspace.beyond_mm", self.beyond_mm, 0, FARTHEST_MM)
         for name in RANGES:
             low, high = getattr(self, name)
@@ -166,11 +158,7 @@ class Workspace:
                 raise ConfigError(msg)
 
     def check(self, state: FrameState) -> None:
-        """Refuses a pose outside of the limits; a state without an object is always inside.
-
-        Raises:
-            ConfigError: Names the coordinate and its range.
-        """
+        """Refuses (`ConfigError`) a pose outside of the limits; a state without an object is always inside."""
         beyond = self.beyond_mm if (state.gap_mm or 0) >= 0 else 0.0  # as for contact, 0 does not press
         for name in RANGES if state.has_object else ():
             value, (low, high) = getattr(state, name), getattr(self, name)
@@ -192,11 +180,7 @@ class Workspace:
         )
 
     def states(self, scene: SceneConfig) -> tuple[FrameState, ...]:
-        """Where a scene's object may touch: the corners; nothing without an object.
-
-        Raises:
-            ConfigError: The workspace goes deeper than the block allows.
-        """
+        """Where a scene's object may touch, as deep as the block allows (`ConfigError`): corners, none without one."""
         if scene.object is None:
             return ()
         deepest, limit = -self.gap_mm[0], MAX_DEPTH_SHARE * scene.design.height_mm

@@ -188,11 +188,7 @@ class Episode:
         return {"images": self.images, **truth_arrays([frame.truth for frame in self.frames])}
 
     def save(self, path: Path) -> None:
-        """Writes `arrays` to an `.npz` file, which appears whole or not at all.
-
-        Raises:
-            OutputError: It cannot be written, or is there and not of magicsim.
-        """
+        """Writes `arrays` to an `.npz` file, whole or not at all (`OutputError`), over none that is not magicsim's."""
         with result_file(path) as partial, partial.open("wb") as file:
             np.savez_compressed(file, **self.arrays())  # type: ignore[arg-type]
 

@@ -232,8 +232,7 @@ class Sensor:
 
         The previous one itself where the object has not moved since, and nothing relaxes.
 
-        Raises:
-            ConvergenceError: No valid equilibrium was found.
+        `ConvergenceError` where no valid equilibrium was found.
         """
         recovers = self.contact.keeps_dent and not previous.is_rest
         indenter = self.indenter(state if state.has_object or not recovers else replace(state, gap_mm=AWAY_MM))

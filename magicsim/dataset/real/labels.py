@@ -47,9 +47,8 @@ class LabelTable:
 def read_labels(path: Path, description: Description, *, needs_images: bool) -> LabelTable:
     """Reads a CSV file.
 
-    Raises:
-        ConfigError: No such file, a column that it lacks or has twice, more or fewer cells than headings, or a cell
-            that is not what its column holds.
+    `ConfigError` without such a file, for a column that it lacks or has twice, another number of cells than headings,
+    or a cell that is not what its column holds.
     """
     table = read_table(path)
     wanted = _wanted(description.columns, needs_images=needs_images)

@@ -138,8 +138,8 @@ class RecordedSequence:
     def entries(self) -> tuple[Entry, ...]:
         """Image files and labels of a folder with labels, in the order in which they were taken; none without labels.
 
-        Raises:
-            ConfigError: A row names an image that is not there or that another one names, or their order is not clear.
+        `ConfigError` where a row names an image that is not there or that another one names, or their order is not
+        clear.
         """
         if self.labels is None or self.is_film:
             return ()

@@ -35,11 +35,7 @@ class Expected:
     """Share of each voxel of the body, shape (voxels,)."""
 
     def size(self, fluence: Array) -> float:
-        """Expected relative change of the light in the cells, root mean square.
-
-        Args:
-            fluence: What weighs the cells, shape (cells, 3).
-        """
+        """Expected relative change of the light in the cells, root mean square, weighed by their fluence."""
         level = fluence.sum(1)
         whole = float(level.sum())
         return CHANGED_SHARE * float(np.sqrt((level * self.cells**2).sum() / whole)) if whole > 0 else 0.0
@@ -159,11 +155,6 @@ def contact_share(places_mm: Array, vertices_mm: Array, faces: npt.NDArray[np.in
     over that of a hemisphere, if light otherwise comes alike from all around. A contact replaces what a bare face sends
     back by what the object does, so the share is about the largest relative change, and far from a small contact it is
     next to nothing. It serves as the expected size of a change that is measured with noise, not as the change.
-
-    Args:
-        places_mm: Shape (places, 3), in the sensor's frame [mm].
-        vertices_mm: The object's vertices, shape (vertices, 3) [mm].
-        faces: Its triangles that touch, shape (triangles, 3).
     """
     if not len(faces):
         return np.zeros(len(places_mm))

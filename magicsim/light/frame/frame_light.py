@@ -83,16 +83,9 @@ def touched_light(
 ) -> tuple[LightField, LightOrigin]:  # fmt: skip
     """Light in the deformed block and on the object, and where it comes from.
 
-    Args:
-        world: The scene of the frame.
-        before: Light of the last state before contact.
-        anchor: The untouched sensor.
-        contact: The object's surface where it touches, which tells how large changes may be; all that is found counts
-            where nobody knows.
-        least: Expected relative change, root mean square over the cells, below which the light before contact serves:
-            each cell keeps its own. A body that scatters changes its light with its shape, and is always traced.
-        particles: Of the frame.
-        seed: Of the frame.
+    Below `least`, the expected relative change in the root mean square over the cells, the light before contact serves:
+    each cell keeps its own. A body that scatters changes its light with its shape, and is always traced. Where nobody
+    knows the contact, all changes that are found count.
     """
     shares = world.shares(particles)
     expected = _expected(world, contact) if contact is not None else None

@@ -226,13 +226,8 @@ def record_paths(
 ) -> RecordedPaths:  # fmt: skip
     """Records paths, a few samples at a time.
 
-    Args:
-        trace: Records some paths of all pixels, given the numbers of their samples and the room for segments; and gives
-            the sum of the radiance of the lights that they meet, shape (pixels, 3).
-        pixels: Number of pixels.
-        centres_mm: Of the elements, shape (elements, 3) [mm].
-        samples: Paths of each pixel.
-        regions: Boxes to tell which of them paths met surfaces in, if that is asked for.
+    `trace` records some paths of all pixels, given the numbers of their samples and the room for segments; it gives the
+    sum of the radiance of the lights that they meet, shape (pixels, 3).
     """
     cells, turns = len(centres_mm), max(1, AT_ONCE // pixels)
     room = FEW_SEGMENTS * pixels * min(turns, samples)

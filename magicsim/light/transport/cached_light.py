@@ -214,19 +214,11 @@ def body_elements(light: Array, part: BodyPart, voxels: Voxels) -> Elements:
 
 
 def cell_slopes(fluence: Array, centres: Array, counts: tuple[int, int, int]) -> Array:
-    """Slopes of the fluence inside each cell, by central differences between the means of its neighbours.
+    """Slopes of the fluence in each cell, by differences between its neighbours' means, (cells, 3 axes, 3) [1/mm].
 
     A fluence of constant cells is wrong by its change across a cell, 2 % beside the LEDs; a linear one by its
     curvature. The difference of neighbours is nearly free of the noise that a fit inside the cell would have. At the
     rim of the grid it is one-sided; along an axis with a single cell there is none.
-
-    Args:
-        fluence: Mean of each cell and channel, cells x fastest, shape (cells, 3).
-        centres: Of the cells as they are deformed, shape (cells, 3) [mm].
-        counts: Cells along x, y and z.
-
-    Returns:
-        Shape (cells, 3 axes, 3 channels) [1/mm].
     """
     nx, ny, nz = counts
     along = [axis for axis in range(3) if counts[axis] > 1]

@@ -69,14 +69,8 @@ class LitWorld(World):
     ) -> None:  # fmt: skip
         """Loads the scene at rest.
 
-        Args:
-            elastomer: The block.
-            rig: What surrounds it.
-            content: What else is there.
-            forward_collisions: First collisions of a camera path that are followed by the true phase function.
-            own_mesh: The object that may come, in its own frame.
-            beside: First of its triangles that are seen at the edge of the picture at most, and the first one after
-                these: few rays go out from them.
+        First collisions of a camera path are followed by the true phase function. Few rays go out from triangles of the
+        object from the first of `beside` to the second, which are at the edge of the picture at most.
         """
         super().__init__(elastomer, rig, content, for_paths=False)
         self.inventory = Inventory(self.scene, self.block, elastomer, rig, own_mesh)

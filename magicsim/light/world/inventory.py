@@ -52,11 +52,8 @@ class GridStates:
     def __init__(self, triangles_per_cell: int, topology: CellTopology | None, fused: FusedCells | None = None) -> None:
         """For an infill of disjoint cells.
 
-        Args:
-            triangles_per_cell: Of each of them.
-            topology: How they are put together: hits are then looked for in the cell that a ray is in. None to search
-                for them among all triangles.
-            fused: Cells without a wall between them: hits in and beside them are searched for.
+        With a topology hits are looked for in the cell that a ray is in, in and beside `fused` cells and without it
+        among all triangles.
         """
         self._triangles_per_cell, self._topology, self._fused = triangles_per_cell, topology, fused
         self._positions: Any = None

@@ -84,11 +84,7 @@ class Box:
         return [turns[0] * self.half_mm[0], turns[1] * self.half_mm[1], self.height_mm]
 
     def ways(self, image: Any, direction: Any, distance: Any, turns: Any) -> tuple[Any, list[tuple[Any, Any]]]:
-        """What is left of light on the way from an image, and the legs of that way.
-
-        Returns:
-            A share, mi.Float, 0 where the way misses a mirror; rays within the box and their lengths [mm].
-        """
+        """Share of the light on the way from an image, 0 where it misses a mirror, and rays and lengths of the legs."""
         planes, share = self._planes(turns), mi.Float(1)
         at, present = [], []
         for axis in range(3):
@@ -279,11 +275,7 @@ def straight_lights(scene: Any, inside: tuple[str, ...], above_mm: float) -> lis
 
 
 def rectangle_point(corner: Any, along: Any, across: Any, sample: Any) -> tuple[Any, Any]:
-    """A point of a rectangle that is even in the solid angle as it is seen from the origin, and that angle.
-
-    Returns:
-        The point, mi.Vector3f, and the solid angle, mi.Float [sr].
-    """
+    """A point of a rectangle that is even in its solid angle from the origin, mi.Vector3f, and that angle [sr]."""
     length, width = dr.norm(along), dr.norm(across)
     x, y = along / length, across / width
     z = dr.cross(x, y)

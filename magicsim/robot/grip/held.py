@@ -165,12 +165,7 @@ class Held:
 
 
 def settle(pair: FingerPair, place: ObjectPlace, width_mm: float, load: Load, *, most_slide_mm: float) -> Held:
-    """Lets the object go where fingers and load bring it; the fingers are left there, empty where it drops.
-
-    Raises:
-        ConfigError: The object does not fit, or the load presses it deeper than the workspace goes.
-        ConvergenceError: No valid equilibrium of a finger was found.
-    """
+    """Lets the object go where fingers and load bring it; the fingers are left there, empty where it drops."""
     room = pair.room_mm(place, width_mm)
     touches_lower, touches_upper = contacts_mm(pair, place, width_mm)
     if touches_lower <= touches_upper:  # not pressed from both sides

@@ -102,11 +102,7 @@ class Linkage:
     """Normal force at which a motor stalls [N]; assumed."""
 
     def __post_init__(self) -> None:
-        """Checks the numbers.
-
-        Raises:
-            ConfigError: One is not allowed, the range is empty, or closed fingers would pass through each other.
-        """
+        """Checks the numbers (`ConfigError`), also that closed fingers do not pass through each other."""
         for field in fields(self):
             check_number(f"linkage.{field.name}", getattr(self, field.name), *RANGES[field.name])
         if self.least_deg >= self.most_deg:
@@ -127,32 +123,20 @@ class Linkage:
         return self.link_mm * math.cos(math.radians(angle_deg))
 
     def angle_deg(self, width_mm: float) -> float:
-        """The angle at which the faces are so far apart [degrees].
-
-        Raises:
-            ConfigError: The fingers do not reach it.
-        """
+        """The angle at which the faces are so far apart [degrees], which the fingers must reach (`ConfigError`)."""
         self.check(width_mm)
         sine = (width_mm / 2 + self.pad_mm - self.pivot_mm) / self.link_mm
         return math.degrees(math.asin(min(1.0, max(-1.0, sine))))
 
     def check(self, width_mm: float) -> None:
-        """Refuses a distance of the faces that the fingers do not reach.
-
-        Raises:
-            ConfigError: Names the range.
-        """
+        """Refuses (`ConfigError`) a distance of the faces that the fingers do not reach, with their range."""
         low, high = self.width_mm(self.least_deg), self.width_mm(self.most_deg)
         if not low - ROUNDING <= width_mm <= high + ROUNDING:
             msg = f"width_mm = {width_mm:g} is not allowed: must be {low:.4g} to {high:.4g}, the range of the linkage"
             raise ConfigError(msg)
 
     def check_room(self, kind: str, thick_mm: float) -> None:
-        """Refuses an object that open fingers have no room for.
-
-        Raises:
-            ConfigError: Says how far the fingers open.
-        """
+        """Refuses (`ConfigError`) an object that open fingers have no room for, with how far they open."""
         widest = self.width_mm(self.most_deg)
         if thick_mm >= widest:
             raise ConfigError(

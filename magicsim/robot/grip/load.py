@@ -61,11 +61,7 @@ class Load:
     """Outer torque about the object's origin [N mm]."""
 
     def __post_init__(self) -> None:
-        """Checks the numbers.
-
-        Raises:
-            ConfigError: One is not allowed, or gravity has no direction.
-        """
+        """Checks the numbers, and that gravity has a direction (`ConfigError`)."""
         check_number("load.weight_n", self.weight_n, 0, MOST_N)
         limits = {"down": MOST_N, "centre_mm": MOST_MM, "force_n": MOST_N, "torque_nmm": MOST_NMM}
         for name, most in limits.items():

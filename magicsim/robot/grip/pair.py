@@ -143,11 +143,7 @@ class FingerPair:
         return 2 * max(above, below), 2 * max(above + deepest_up, below + deepest_down)
 
     def room_mm(self, place: ObjectPlace, width_mm: float) -> tuple[float, float]:
-        """Smallest and largest z of the object at which both fingers' workspaces hold it [mm].
-
-        Raises:
-            ConfigError: There is none.
-        """
+        """Smallest and largest z of the object at which both workspaces hold it [mm]; `ConfigError` without any."""
         up, down = half_extents_mm(self.target, place)
         (up_low, up_high), (down_low, down_high) = (finger.workspace.gap_mm for finger in self.fingers)
         low = max(width_mm / 2 - up - up_high, down + down_low - width_mm / 2)
@@ -182,12 +178,7 @@ def contacts_mm(pair: FingerPair, place: ObjectPlace, width_mm: float) -> tuple[
 
 
 def float_between(pair: FingerPair, place: ObjectPlace, width_mm: float) -> ObjectPlace:
-    """Where the object comes to rest; the fingers are left there.
-
-    Raises:
-        ConfigError: The object would leave a finger's workspace.
-        ConvergenceError: No valid equilibrium was found.
-    """
+    """Where the object comes to rest; the fingers are left there. Errors are those of `put`."""
     touches_lower, touches_upper = contacts_mm(pair, place, width_mm)
     if touches_lower <= touches_upper:  # room for the object: a finger that touches it pushes it away
         settled = replace(place, z_mm=min(max(place.z_mm, touches_lower), touches_upper))

@@ -179,11 +179,7 @@ class AttachedSensor:
         return self.response is None or self.response.way_mm(pose) > self.trust.way_mm
 
     def solve(self, pose: Pose) -> None:
-        """Finds the equilibrium with the object in a pose, and its tangent.
-
-        Raises:
-            ConvergenceError: No valid equilibrium was found.
-        """
+        """Finds the equilibrium with the object in a pose (`ConvergenceError` without one), and its tangent."""
         state = posed_state(self._thing, pose)
         self.state = state
         if not (state.can_touch and isinstance(state, PosedState)):
@@ -206,11 +202,7 @@ class AttachedSensor:
         return self.response.predicted(pose) if self.response is not None else np.zeros(6)
 
     def face(self, data: MjData, other: "AttachedSensor") -> None:
-        """Looks at another sensor where both are now.
-
-        Raises:
-            ConfigError: They do not face each other.
-        """
+        """Looks at another sensor where both are now; `ConfigError` where they do not face each other."""
         names = self.touch.site, other.touch.site
         self._facing_mm = facing_distance_mm(data, self.pair.site, other.pair.site, names)
 
@@ -234,9 +226,5 @@ class AttachedSensor:
         return moment
 
     def develop(self, moment: Moment) -> SimulatedFrame:
-        """Renders a moment.
-
-        Raises:
-            RenderError: The image is not valid.
-        """
+        """Renders a moment; `RenderError` where the image is not valid."""
         return self._darkroom.develop(moment)

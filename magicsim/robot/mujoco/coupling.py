@@ -164,11 +164,7 @@ class Coupling:
         return {name: sensor.grab(time_s) for name, sensor in self.sensors.items()}
 
     def develop(self, moments: Mapping[str, Moment]) -> dict[str, SimulatedFrame]:
-        """Renders the frames of moments from `step`.
-
-        Raises:
-            RenderError: An image is not valid.
-        """
+        """Renders the frames of moments from `step`; `RenderError` where an image is not valid."""
         return {name: self.sensors[name].develop(moment) for name, moment in moments.items()}
 
     def truths(self, moments: Mapping[str, Moment]) -> dict[str, FrameTruth]:

@@ -41,11 +41,7 @@ class Attachment:
 
 
 def compiled(spec: MjSpec, touches: Sequence[Touch]) -> MjModel:
-    """Compiles an `MjSpec` with MuJoCo's own contact left out between each sensor's finger and the touched body.
-
-    Raises:
-        ConfigError: A site or body does not exist.
-    """
+    """Compiles an `MjSpec` with MuJoCo's own contact left out between each sensor's finger and the touched body."""
     model = spec.compile()
     for touch in touches:
         pair = find_pair(model, touch)
@@ -64,11 +60,7 @@ def _named(spec: MjSpec, number: int) -> str:
 
 
 def find_pair(model: MjModel, touch: Touch) -> Attachment:
-    """The numbers behind the names of a touch.
-
-    Raises:
-        ConfigError: One does not exist, or the sensor would touch what it is fixed to.
-    """
+    """The numbers behind the names of a touch; `ConfigError` where the sensor would touch what it is fixed to."""
     site = _number(model, "site", touch.site, model.nsite)
     body = _number(model, "body", touch.body, model.nbody)
     finger = int(model.site_bodyid[site])
@@ -78,11 +70,7 @@ def find_pair(model: MjModel, touch: Touch) -> Attachment:
 
 
 def check_excluded(model: MjModel, touch: Touch, pair: Attachment) -> None:
-    """Refuses a model in which MuJoCo itself would press the body against the sensor's finger.
-
-    Raises:
-        ConfigError: Says what to add.
-    """
+    """Refuses (`ConfigError`) a model in which MuJoCo presses the body against the finger, and says what to add."""
     pairs = [each for each in _unexcluded(model, pair) if _may_collide(model, *each)]
     if not pairs:
         return

@@ -26,11 +26,7 @@ AXES = 3
 
 
 def facing_distance_mm(data: MjData, own: int, other: int, names: tuple[str, str]) -> float:
-    """Distance of the contact faces of two sensors that look at each other [mm].
-
-    Raises:
-        ConfigError: They do not face each other.
-    """
+    """Distance of the contact faces of two sensors [mm]; `ConfigError` where they do not face each other."""
     turn, facing = (np.asarray(data.site_xmat[site], float).reshape(AXES, AXES) for site in (own, other))
     apart: Array = MM * turn.T @ (data.site_xpos[other] - data.site_xpos[own])
     between = TO_GRIPPER["lower"] @ turn.T @ facing

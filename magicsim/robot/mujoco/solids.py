@@ -37,11 +37,7 @@ MjSpec = Any
 
 
 def engine() -> Any:  # noqa: ANN401 -- a module
-    """The package `mujoco`.
-
-    Raises:
-        ConfigError: It is not installed.
-    """
+    """The package `mujoco`; `ConfigError` where it is not installed."""
     try:
         import mujoco
     except ImportError:
@@ -91,8 +87,7 @@ def body_solid(model: MjModel, body: int, geoms: Sequence[int]) -> tuple[Shape, 
 
     A body of one geom has that geom's exact shape; of several, the mesh of their union.
 
-    Raises:
-        ConfigError: A geom of a kind that cannot press, a mesh that is not closed, or a size that is not allowed.
+    `ConfigError` where a geom cannot press, a mesh is not closed, or a size is not allowed.
     """
     if len(geoms) == 1:
         shape = geom_shape(model, geoms[0])
@@ -147,11 +142,7 @@ def geom_name(model: MjModel, geom: int) -> str:
 
 
 def check_size(body: str, shape: Shape) -> None:
-    """Refuses a body that is too small or too large to touch a sensor.
-
-    Raises:
-        ConfigError: Names its extents.
-    """
+    """Refuses (`ConfigError`) a body that is too small or too large to touch a sensor, with its extents."""
     extents = [shape.support_mm(axis) + shape.support_mm(-axis) for axis in np.eye(3)]
     if min(extents) < SMALLEST_MM or max(extents) > LARGEST_MM:
         size = " x ".join(f"{each:.4g}" for each in extents)
@@ -208,8 +199,7 @@ def body_object(model: MjModel, body: int) -> tuple[BodyObject, int | None]:
     Geoms that take part in MuJoCo's contacts make the solid; where there are none, all of them do. The colour is that
     of the first one, read as sRGB.
 
-    Raises:
-        ConfigError: The body has no geometry, or one that cannot press.
+    `ConfigError` where it has no geometry, or one that cannot press.
     """
     geoms = geoms_of(model, rigid_part(model, body))
     if not geoms:
