@@ -225,10 +225,7 @@ def _sensor_of(design: ElastomerDesign, rig: Rig, place: SuitePlace) -> tuple[El
 def load_suite(name: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None) -> SuiteConfig:
     """Reads a suite by preset name or path and puts its design and rig in place.
 
-    Args:
-        name: Suite preset or TOML file.
-        overrides: `dotted.key=value` settings; `design.` and `rig.` reach into those files.
-        seed: Seed instead of the file's.
+    Overrides are `dotted.key=value`; `design.` and `rig.` reach into those files. A seed stands for the file's.
 
     Raises:
         PresetError: The suite, its design or its rig does not exist.

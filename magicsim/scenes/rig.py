@@ -211,11 +211,7 @@ class Rig(Config):
 
 
 def load_rig(name: str | Path, overrides: Sequence[str] = ()) -> Rig:
-    """Reads a rig, which is what surrounds a block: lights, lens and camera.
-
-    Args:
-        name: Rig preset, such as `digit-office`, or TOML file.
-        overrides: `dotted.key=value` settings.
+    """Reads a rig, such as `digit-office`: what surrounds a block, with `dotted.key=value` settings.
 
     Raises:
         PresetError: The rig does not exist.

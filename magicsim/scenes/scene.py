@@ -252,10 +252,7 @@ class SceneConfig(Config):
 def load_scene(name: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None) -> SceneConfig:
     """Reads a scene by preset name or path and puts its design and rig in place.
 
-    Args:
-        name: Scene preset or TOML file.
-        overrides: `dotted.key=value` settings; `design.` and `rig.` reach into those files.
-        seed: Seed instead of the file's.
+    Overrides are `dotted.key=value`; `design.` and `rig.` reach into those files. A seed stands for the file's.
 
     Raises:
         PresetError: The scene, its design or its rig does not exist.

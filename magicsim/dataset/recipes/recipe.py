@@ -250,10 +250,7 @@ class Recipe(Config):
 def load_recipe(name: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None) -> Recipe:
     """Reads a recipe by preset name or path and puts its design and rig in place.
 
-    Args:
-        name: Recipe preset or TOML file.
-        overrides: `dotted.key=value` settings; `design.` and `rig.` reach into those files.
-        seed: Seed instead of the file's.
+    Overrides are `dotted.key=value`; `design.` and `rig.` reach into those files. A seed stands for the file's.
 
     Raises:
         PresetError: The recipe, its design or its rig does not exist.
