@@ -160,12 +160,12 @@ def test_full_disk_is_one_line_and_what_is_finished_is_kept(
         return real(path, *rest)
 
     real = sys.modules["magicsim.dataset.assembly"].write_rows
-    monkeypatch.setattr("magicsim.dataset.assembly.write_rows", write_until_full)
-    with pytest.raises(OutputError, match=r"cannot write .*no space left on the disk; what is finished is kept"):
-        generate_dataset(recipe, out, options=ONE, simulator=FAKE)
+    with monkeypatch.context() as patch:
+        patch.setattr("magicsim.dataset.assembly.write_rows", write_until_full)
+        with pytest.raises(OutputError, match=r"cannot write .*no space left on the disk; what is finished is kept"):
+            generate_dataset(recipe, out, options=ONE, simulator=FAKE)
     found = verify_dataset(out)
     assert (found.shards, found.complete, found.problems) == (2, False, [])
-    monkeypatch.undo()
     generate_dataset(recipe, out, options=ONE, simulator=FAKE, resume=True)
     assert content(out) == content(whole)
 
