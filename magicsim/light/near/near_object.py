@@ -10,21 +10,24 @@ from magicsim.arrays import Array, Index, Mask, Numbers
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
 from magicsim.light.backend import aligned, dr, mi
-from magicsim.light.near.ports import BELOW_MM, Ports, rays_along
+from magicsim.light.near.ports import Ports
 from magicsim.light.records.recorded_paths import RecordedPaths, escaped, mirror_samples
 from magicsim.light.transport.path_starts import ObjectRays, object_rays
-from magicsim.light.transport.streams import generators
+from magicsim.light.transport.recorded_light import RecordedLight
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.irradiance import IrradianceKernel, blended_kernel
-from magicsim.light.world.medium import CLEARANCE, leave
+from magicsim.light.world.medium import leave
 from magicsim.light.world.names import OBJECT, PLACE
 from magicsim.light.world.room_light import missed
 from magicsim.light.world.scene_dict import in_group, mesh_shape
 
 FAR_MM = 5.0
-"""Gap from which a place on the object looks at points of the face, and pixels at the object along all their rays."""
+"""Gap from which pixels look at the object along all their rays."""
 DIGITS = 6
-"""Decimals of heights on the object [mm], so that all its places along z share a kernel."""
+"""Decimals of heights on the object [mm], so that its places along z share kernels."""
+FROM_PORTS, PORTS_MM = 0.5, 1.0
+"""Share of the strips' light that comes from ports, not by recorded particles, to an object that just does not touch;
+gap at which it is half of that [mm]. Close by either has some noise; far away directions of ports are coarse."""
 KERNELS = 4
 """Kernels that are kept."""
 
@@ -66,8 +69,10 @@ class NearObject:
         self.parameters.update()
         self.placed = SurfaceMesh(vertices=pose.to_sensor(self.mesh.vertices), faces=self.mesh.faces)
 
-    def look(self, block: Any, still: Any, room: Any, ports: Ports, lines: Any, *, rays: int, seed: int) -> "Seen":
-        """What the object's own rays and lines from the face meet.
+    def look(
+        self, block: Any, still: Any, room: Any, ports: Ports, lines: Any, light: RecordedLight, *, rays: int, seed: int
+    ) -> "Seen":
+        """What the object's own rays, lines from the face, and particles that left the block meet.
 
         Args:
             block: The sensor's scene, with nothing before it.
@@ -75,6 +80,7 @@ class NearObject:
             room: What shines from all around in this frame, or None.
             ports: Of the light that leaves the face.
             lines: Lines from the face, mi.Ray3f.
+            light: Of the strips, that left the untouched block.
             rays: Rays from the object's surface.
             seed: Of their pattern.
         """
@@ -89,14 +95,12 @@ class NearObject:
         number, triangle, share, now, free = _met(
             self.scene, mi.ShapePtr(self.object), block, room, self.matt, ports, both
         )
-        number, gain = number[:count], np.ones(count)
-        if self.is_far:
-            number, gain = self._facing(ports, sent, seed)
         areas = np.bincount(sent.triangle, sent.area_mm2, len(self.mesh.faces)).astype(np.float64)
+        kernel, nowhere = self._blended(self.placed), np.zeros(len(self.mesh.faces), bool)
         return Seen(
-            number=number, gain=gain, triangle=triangle, share=share, now=now[:count], behind=radiance_of(still, lines),
-            free=free[:count], sent=sent, areas_mm2=areas,
-            kernel=self._blended(self.placed),
+            number=number[:count], triangle=triangle, share=share, now=now[:count], behind=radiance_of(still, lines),
+            free=free[:count], sent=sent, areas_mm2=areas, kernel=kernel,
+            strips=(1 - self.from_ports) * kernel.irradiance(self._landed(light), nowhere),
         )  # fmt: skip
 
     def mirrored(
@@ -128,35 +132,32 @@ class NearObject:
 
     @property
     def is_far(self) -> bool:
-        """Whether it is so far away that few rays from its surface meet the face."""
+        """Whether it is so far away that few of a pixel's rays meet it."""
         return self.placed is not None and float(self.placed.vertices[:, 2].max()) < -FAR_MM
 
-    def _facing(self, ports: Ports, sent: ObjectRays, seed: int) -> tuple[Index, Array]:
-        """Ports that places on the object see through points of the face, and what each counts for (area sampling).
-
-        As much as a ray of the hemisphere counts for in the mean.
-        """
+    @property
+    def from_ports(self) -> float:
+        """Share of the strips' light that it gets from ports."""
         assert self.placed is not None
-        origins, sides = np.array(sent.rays.o, np.float64).T, np.array(ports.footprint_mm)
-        steps = np.arange(len(origins))[:, None] * (np.array(generators(2)) / 2.0**32)
-        across = ((steps + np.random.default_rng(seed).random(2)) % 1 - 0.5) * sides
-        way = np.column_stack([across, np.full(len(across), -BELOW_MM)]) - origins
-        far = np.linalg.norm(way, axis=1)
-        way /= far[:, None]
-        corners = self.placed.vertices[self.placed.faces[sent.triangle]]
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        facing = (normal * way).sum(1) / np.linalg.norm(normal, axis=1)
-        rays = rays_along(origins + CLEARANCE * way, way)
-        number, found = (np.array(each) for each in ports.met(rays))
-        kept = found & (facing > 0) & ~np.array(self.scene.ray_test(rays))
-        gain = kept * np.maximum(facing, 0) * way[:, 2] * sides.prod() / (np.pi * far**2)
-        return np.where(kept, number, ports.count), gain
+        return FROM_PORTS / (1 + max(0.0, -float(self.placed.vertices[:, 2].max())) / PORTS_MM)
+
+    def _landed(self, light: RecordedLight) -> Array:
+        """Flux of recorded particles on the object, shape (triangles, 3)."""
+        si = self.scene.ray_intersect_preliminary(light.rays)
+        met = np.array(si.is_valid())
+        triangle, weights = np.array(si.prim_index)[met], np.array(light.weights, np.float64)[:, met]
+        flux = [np.bincount(triangle, each, len(self.mesh.faces)) for each in weights]
+        return np.stack(flux, 1) / light.particles
 
     def _blended(self, placed: SurfaceMesh) -> IrradianceKernel:
-        """Kernel that is the wider the further a triangle is below the object's top."""
+        """Kernel that is the wider the further a triangle is from the face.
+
+        Of the gap it knows the power of two below, so that frames of an approach share it.
+        """
         heights = placed.vertices[:, 2]
-        below_mm = np.round(heights.max() - heights[placed.faces].mean(1), DIGITS)
-        return _kernel(*(each.tobytes() for each in (self.mesh.vertices, self.mesh.faces, below_mm)))
+        gap_mm = 2 ** np.floor(np.log2(max(1.0, -heights.max())))
+        away_mm = gap_mm + np.round(heights.max() - heights[placed.faces].mean(1), DIGITS)
+        return _kernel(*(each.tobytes() for each in (self.mesh.vertices, self.mesh.faces, away_mm)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -165,8 +166,6 @@ class Seen:
 
     number: Index
     """The port that each place on the object looks at, the number of all where none is there."""
-    gain: Array
-    """What its radiance counts for, shape (object's rays,)."""
     triangle: Index
     """The object's triangle that each ray meets; -1 where it meets none."""
     share: Array
@@ -181,24 +180,25 @@ class Seen:
     areas_mm2: Array
     """Area that the object's rays stand for on each triangle, shape (triangles,) [mm2]."""
     kernel: IrradianceKernel
+    strips: Array
+    """Irradiance by recorded particles, shape (triangles, 3)."""
 
     def irradiance(self, shining: Array, own: Array) -> Array:
         """Irradiance of the object, shape (triangles, 3).
 
         Args:
-            shining: Radiance of the ports, shape (ports, 3).
+            shining: Radiance of the ports without what particles stand for, shape (ports, 3).
             own: The object's irradiance before, of the same shape as the result.
         """
         count, triangles = len(self.number), len(self.areas_mm2)
         met = self.now * self.free[:, None]
-        met += (
-            self.gain[:, None] * np.concatenate([shining, np.zeros((1, 3))])[self.number] + self._sent_out(own)[:count]
-        )
+        met += np.concatenate([shining, np.zeros((1, 3))])[self.number] + self._sent_out(own)[:count]
         met *= np.pi * self.sent.area_mm2[:, None]
         flux = np.zeros((triangles, 3))
         for channel in range(3):
             flux[:, channel] = np.bincount(self.sent.triangle, met[:, channel], triangles)
-        return self.kernel.gathered(flux, self.areas_mm2, np.zeros(triangles, bool), np.zeros_like(flux))
+        found = self.kernel.gathered(flux, self.areas_mm2, np.zeros(triangles, bool), np.zeros_like(flux))
+        return self.strips + found
 
     def changes(self, own: Array, passed: Array) -> Array:
         """What changes of the radiance that comes along the face's lines, shape (lines, 3).
@@ -230,12 +230,12 @@ def _met(scene: Any, shape: Any, block: Any, room: Any, finish: Finish, ports: P
 
 
 @lru_cache(KERNELS)
-def _kernel(vertices: bytes, faces: bytes, below_mm: bytes) -> IrradianceKernel:
+def _kernel(vertices: bytes, faces: bytes, away_mm: bytes) -> IrradianceKernel:
     """Kernel of one shape, which episodes share."""
     mesh = SurfaceMesh(
         vertices=np.frombuffer(vertices).reshape(-1, 3), faces=np.frombuffer(faces, np.int32).reshape(-1, 3)
     )
-    return blended_kernel(mesh, np.frombuffer(below_mm))
+    return blended_kernel(mesh, np.frombuffer(away_mm))
 
 
 def radiance_of(room: Any, rays: Any) -> Array:

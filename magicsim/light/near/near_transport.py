@@ -16,19 +16,19 @@ import scipy.sparse as sp
 
 from magicsim.arrays import Array, Index, Numbers
 from magicsim.light.backend import aligned, columns, dr, mi
-from magicsim.light.frame.frame_image import own_field
 from magicsim.light.near.lamp_light import LampDisk, LampLight
 from magicsim.light.near.near_object import NearObject, radiance_of
 from magicsim.light.near.ports import Ports, rays_along
 from magicsim.light.records.recorded_paths import MOMENTS, WEIGHT, RecordedPaths, record_paths
 from magicsim.light.records.untouched import Untouched
-from magicsim.light.transport.light_field import LightField
+from magicsim.light.transport.light_field import LightField, total
 from magicsim.light.transport.light_pass import FIXED_POINT
 from magicsim.light.transport.light_starts import LightStarts
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.path_record import PathRecord
 from magicsim.light.transport.path_starts import ObjectStarts
 from magicsim.light.transport.streams import ON_OBJECT, SEEDS_PER_RENDER
+from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.passing_light import PassingLight
 
 OUT = (1.0, 3, 8)
@@ -55,8 +55,10 @@ class PortLight:
     """Ports of light that comes in."""
     ports: Ports
     """Ports of light that leaves."""
-    shining: Array
-    """Radiance of each of these when nothing is near, shape (ports, 3)."""
+    room: Array
+    """Radiance of each of these by the room's light in the block when nothing is near, shape (ports, 3)."""
+    strips: Array
+    """That by the strips' light, shape (ports, 3)."""
     lines: Any
     """Lines of the ports that come in, and rays that left the block again of those that leave, mi.Ray3f."""
     sums: sp.csr_matrix
@@ -74,14 +76,19 @@ class PortLight:
         footprint = world.elastomer.design.footprint_mm
         ports, into = (Ports.of(footprint, *each) for each in (OUT, INTO))
         leaving = _leaving(world, ports)
-        shining = leaving.direct + leaving.response @ _values(world, own_field(world, rest))
+        still = [field for name, field in rest.fields.items() if name == ENVIRONMENT]
+        whole, room = (
+            leaving.response @ _values(world, total([world.darkness(), *fields]))
+            for fields in (rest.fields.values(), still)
+        )
         coming, back, paths = _coming(world, into), _thinned(leaving, BACK_RAYS), _means(rest.paths)
         table = np.concatenate([coming[0], np.array(back.rays).reshape(-1, 8)])
         owner = np.concatenate([coming[1], into.count + back.owner.astype(np.int64)])
         lines = rays_along(table[:, :3], table[:, 3:WEIGHT])
         weights = (table[:, WEIGHT].astype(np.float64), (owner, np.arange(len(owner))))
         return cls(
-            brought=_brought(world, into), into=into, ports=ports, shining=shining, lines=lines,
+            brought=_brought(world, into), into=into, ports=ports, room=room, lines=lines,
+            strips=leaving.direct + whole - room,
             sums=sp.csr_matrix(weights, (into.count + ports.count, len(owner))), leaving=leaving.response,
             seen=_thinned(paths, SEEN_RAYS), mirror=_thinned(paths, MIRROR_RAYS),
         )  # fmt: skip
@@ -126,10 +133,14 @@ class NearTransport:
                 values = self._values(self._brought((light.sums @ passed)[: light.brought.shape[1]]))
                 found = found + (light.seen.response @ values)[pixels]
             return np.asarray(np.maximum(found, 0))
-        stream, own, hidden = SEEDS_PER_RENDER * seed + ON_OBJECT, light.shining, np.zeros(())
+        stream, own, hidden = (
+            SEEDS_PER_RENDER * seed + ON_OBJECT,
+            light.room + target.from_ports * light.strips,
+            np.zeros(()),
+        )
         disk = lamp.disk if lamp is not None else None
         now = _Room(still, passing, disk)
-        met = target.look(world.scene, still, now, light.ports, light.lines, rays=OBJECT_RAYS, seed=stream)
+        met = target.look(world.scene, still, now, light.ports, light.lines, rest.light, rays=OBJECT_RAYS, seed=stream)
         if lamp is not None:
             own = own + light.leaving @ self._values(lamp.brought)
             hidden = lamp.hidden(target.scene, light.brought)
@@ -145,6 +156,7 @@ class NearTransport:
         seen = rest.paths if target.is_far else light.seen
         found += seen.seen_outside(_Room(still, passing, None), outside, lit, target.finish, pixels)
         if target.finish.specular > 0:
+            shining += (1 - target.from_ports) * light.strips
             found += target.mirrored(world.scene, now, light.ports, shining, lit, light.mirror, pixels, seed=seed)
         return np.asarray(np.maximum(found, 0))
 

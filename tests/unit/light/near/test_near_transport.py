@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from magicsim.light.backend import VARIANT, dr
-from magicsim.light.near import near_object
 from magicsim.light.near.near_object import NearObject
 from magicsim.light.near.near_transport import NearTransport, PortLight
 from magicsim.light.transport.light_pass import FIXED_POINT
@@ -19,7 +18,7 @@ pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or C
 SMALL = (
     "rig=digit-rgb", "design.footprint_mm=[10,12]",
     "rig.camera.field_mm=9", "rig.camera.columns=36", "rig.camera.rows=44",
-    "render.anchor_samples=32", "render.anchor_particles=50000", "render.particles=10000",
+    "render.anchor_samples=32", "render.anchor_particles=1600000", "render.particles=10000",
 )  # fmt: skip
 BALL = ("object.radius_mm=3", "object.color=[0.8,0.5,0.3]")
 LARGER = ("rig.camera.columns=72", "rig.camera.rows=88")
@@ -49,6 +48,11 @@ def transport(sensor):
     return NearTransport(world=world, rest=rest, light=PortLight.of(world, rest))
 
 
+def look(transport, target, room, *, rays):
+    world, light = transport.world, transport.light
+    return target.look(world.scene, room, room, light.ports, light.lines, transport.rest.light, rays=rays, seed=0)
+
+
 def changes(sensor, state):
     """What an object changes of the image, truly and by compressed transport, in units of the mean image."""
     renderer, rest = sensor.renderer, sensor.radiance(UNTOUCHED, sensor.rest)
@@ -74,12 +78,14 @@ def test_light_of_the_rest_that_leaves_is_what_falls_on_a_face_before_it(sensor,
     target = NearObject.of(sensor.renderer.object_mesh, Finish(color=(0.0, 0.0, 0.0)))
     target.place(sensor.view(at(0.01), sensor.rest).indenter.pose)
     light = transport.light
-    met = target.look(transport.world.scene, None, None, light.ports, light.lines, rays=20_000, seed=0)
+    met = look(transport, target, None, rays=20_000)
     top, dark = target.placed.vertices[target.mesh.faces, 2].mean(1) > -0.05, np.zeros((len(target.mesh.faces), 3))
-    middle = transport.light.shining.reshape(12, 10, -1, 3)[5:7, 4:6].mean((0, 1, 2))
-    np.testing.assert_allclose(met.irradiance(transport.light.shining, dark)[top].mean(0), np.pi * middle, rtol=0.1)
+    middle = (light.room + light.strips).reshape(12, 10, -1, 3)[5:7, 4:6].mean((0, 1, 2))
+    lit = met.irradiance(light.room + target.from_ports * light.strips, dark)
+    assert lit[top].mean() == pytest.approx(np.pi * middle.mean(), rel=0.1)
     # What is turned away from the face meets the dark beside it.
-    np.testing.assert_allclose(met.irradiance(np.ones_like(transport.light.shining), dark)[top], np.pi, rtol=0.05)
+    even = met.irradiance(np.ones_like(light.room), dark) - met.strips
+    np.testing.assert_allclose(even[top], np.pi, rtol=0.05)
 
 
 def test_an_object_as_bright_as_the_room_that_it_hides_changes_nothing(sensor, transport):
@@ -88,7 +94,7 @@ def test_an_object_as_bright_as_the_room_that_it_hides_changes_nothing(sensor, t
     pixels = np.arange(transport.rest.image.shape[0] * transport.rest.image.shape[1], dtype=np.uint32)
     room = transport.world.inventory.environment
     light = transport.light
-    met = target.look(transport.world.scene, room, room, light.ports, light.lines, rays=1000, seed=0)
+    met = look(transport, target, room, rays=1000)
     for share, expected in ((1.0, 0.0), (3.0, 2.0)):
         even = np.full((len(target.mesh.faces), 3), share * BRIGHT * np.pi / 0.5)
         seen = transport.light.seen.seen_outside(room, target, even, target.finish, pixels) / BRIGHT
@@ -110,22 +116,15 @@ def test_an_image_is_the_true_one(sensor, state):
     compare(sensor, state)
 
 
-def test_a_far_object_is_lit_as_one_that_is_followed_by_more_rays(sensor, transport, monkeypatch):
-    """Places that look at points of the face tell what many rays of the hemisphere tell, with less noise."""
-    light, dark = transport.light, np.zeros((len(sensor.renderer.object_mesh.faces), 3))
-    found = {}
-    for far_mm, rays in ((5.0, 3000), (100.0, 300_000)):
-        target = NearObject.of(sensor.renderer.object_mesh, Finish(color=(0.5, 0.5, 0.5)))
-        monkeypatch.setattr(near_object, "FAR_MM", far_mm)
-        target.place(sensor.view(at(12.0), sensor.rest).indenter.pose)
-        met = [
-            target.look(transport.world.scene, None, None, light.ports, light.lines, rays=rays, seed=seed)
-            for seed in range(4)
-        ]
-        found[far_mm] = np.array([each.irradiance(light.shining, dark)[:, 0] @ each.areas_mm2 for each in met])
-    near, exact = found[5.0], found[100.0].mean()
-    assert near.mean() == pytest.approx(exact, rel=0.05)
-    assert near.std() < 0.03 * exact
+def test_a_far_object_gets_as_much_from_recorded_particles_as_through_the_ports(sensor, transport):
+    target = NearObject.of(sensor.renderer.object_mesh, Finish(color=(0.5, 0.5, 0.5)))
+    target.place(sensor.view(at(12.0), sensor.rest).indenter.pose)
+    met = look(transport, target, None, rays=300_000)
+    own, areas = np.zeros((len(target.mesh.faces), 3)), met.areas_mm2
+    by_ports = (met.irradiance(transport.light.strips, own) - met.strips).T @ areas
+    by_particles = met.strips.T @ areas / (1 - target.from_ports)
+    assert target.from_ports < 0.05
+    assert by_particles.sum() == pytest.approx(by_ports.sum(), rel=0.1)
 
 
 def test_a_flashlight_hides_what_passes_behind_it(sensor):
