@@ -1,7 +1,6 @@
 """An object before the untouched block in a scene of its own, moved as a whole: no search tree is built anew."""
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import Any, Self
 
 import numpy as np
@@ -28,8 +27,6 @@ DIGITS = 6
 FROM_PORTS, PORTS_MM = 0.5, 1.0
 """Share of the strips' light that comes from ports, not by recorded particles, to an object that just does not touch;
 gap at which it is half of that [mm]. Close by either has some noise; far away directions of ports are coarse."""
-KERNELS = 4
-"""Kernels that are kept."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -157,7 +154,7 @@ class NearObject:
         heights = placed.vertices[:, 2]
         gap_mm = 2 ** np.floor(np.log2(max(1.0, -heights.max())))
         away_mm = gap_mm + np.round(heights.max() - heights[placed.faces].mean(1), DIGITS)
-        return _kernel(*(each.tobytes() for each in (self.mesh.vertices, self.mesh.faces, away_mm)))
+        return blended_kernel(self.mesh, away_mm)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -227,15 +224,6 @@ def _met(scene: Any, shape: Any, block: Any, room: Any, finish: Finish, ports: P
     return (
         np.array(number), np.array(triangle), np.array(share, np.float64).T, radiance_of(room, rays), np.array(free),
     )  # fmt: skip
-
-
-@lru_cache(KERNELS)
-def _kernel(vertices: bytes, faces: bytes, away_mm: bytes) -> IrradianceKernel:
-    """Kernel of one shape, which episodes share."""
-    mesh = SurfaceMesh(
-        vertices=np.frombuffer(vertices).reshape(-1, 3), faces=np.frombuffer(faces, np.int32).reshape(-1, 3)
-    )
-    return blended_kernel(mesh, np.frombuffer(away_mm))
 
 
 def radiance_of(room: Any, rays: Any) -> Array:

@@ -75,9 +75,14 @@ def widened(gathered: Callable[[int], Array], away_mm: Array) -> Array:
 
 def blended_kernel(mesh: SurfaceMesh, away_mm: Array) -> IrradianceKernel:
     """One kernel that widens in this way, for many samples of surfaces that stay as far apart."""
+    return _blended(mesh.vertices.tobytes(), mesh.faces.tobytes(), away_mm.tobytes())
+
+
+@lru_cache(KEPT)
+def _blended(vertices: bytes, faces: bytes, away_mm: bytes) -> IrradianceKernel:
     found = [
-        (irradiance_kernel(mesh, SMOOTHING_MM * 2**level, share > 0), share / 4.0**level)
-        for level, share in _levels(away_mm)
+        (_kernel(vertices, faces, (share > 0).tobytes(), SMOOTHING_MM * 2**level), share / 4.0**level)
+        for level, share in _levels(np.frombuffer(away_mm))
     ]
     return IrradianceKernel(
         patches=sp.csr_matrix(sp.vstack([each.patches for each, _ in found])),
