@@ -24,9 +24,9 @@ FAR_MM = 5.0
 """Gap from which pixels look at the object along all their rays."""
 DIGITS = 6
 """Decimals of heights on the object [mm], so that its places along z share kernels."""
-FROM_PORTS, PORTS_MM = 0.5, 1.0
-"""Share of the strips' light that comes from ports, not by recorded particles, to an object that just does not touch;
-gap at which it is half of that [mm]. Close by either has some noise; far away directions of ports are coarse."""
+PORTS_MM = 2.0
+"""Gap up to which the strips' light comes from ports alone; beyond, the more by recorded particles the wider the gap
+[mm]. Close by these are the noisier, far away directions of ports are coarse."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -136,7 +136,7 @@ class NearObject:
     def from_ports(self) -> float:
         """Share of the strips' light that it gets from ports."""
         assert self.placed is not None
-        return FROM_PORTS / (1 + max(0.0, -float(self.placed.vertices[:, 2].max())) / PORTS_MM)
+        return min(1.0, PORTS_MM / max(PORTS_MM, -float(self.placed.vertices[:, 2].max())))
 
     def _landed(self, light: RecordedLight) -> Array:
         """Flux of recorded particles on the object, shape (triangles, 3)."""
