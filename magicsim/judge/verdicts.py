@@ -74,6 +74,11 @@ def judge(episode: Episode, profile_name: str, *, told: Told = on_stderr) -> Jud
     """Verdicts of one profile on the frames after the references, and their score.
 
     Behind an opaque coat every proximity is `Normal`, which says nothing: see `COATED`.
+
+    Args:
+        episode: References and frames.
+        profile_name: Preset or file.
+        told: Hears what takes longer than two seconds.
     """
     profile = load_profile(profile_name)
     with waiting(f"judging {len(episode.frames)} frames", told):
