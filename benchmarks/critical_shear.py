@@ -26,6 +26,7 @@ from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects.kinds import parse_object
 
 OFFSET_MM, SPACING_MM, MARGIN_MM, STEP_MM = (0.173, 0.1), 0.45, 0.5, 0.25
+"""Of the axis from the middle; lattice below the dome, and how far around it that is fine; between depths."""
 KEPT = 0.02
 """Part of the infill's shear modulus that never flows."""
 

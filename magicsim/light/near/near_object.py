@@ -26,7 +26,7 @@ DIGITS = 6
 """Decimals of heights on the object [mm], so that its places along z share kernels."""
 PORTS_MM = 2.0
 """Gap up to which the strips' light comes from ports alone; beyond, the more by recorded particles the wider the gap
-[mm]. Close by these are the noisier, far away directions of ports are coarse."""
+[mm]. Close by these are the noisier, far away directions of ports are coarse (`benchmarks/frame_error.py`)."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -93,11 +93,11 @@ class NearObject:
             self.scene, mi.ShapePtr(self.object), block, room, self.matt, ports, both
         )
         areas = np.bincount(sent.triangle, sent.area_mm2, len(self.mesh.faces)).astype(np.float64)
-        kernel, nowhere = self._blended(self.placed), np.zeros(len(self.mesh.faces), bool)
+        kernel = self._blended(self.placed)
         return Seen(
             number=number[:count], triangle=triangle, share=share, now=now[:count], behind=radiance_of(still, lines),
             free=free[:count], sent=sent, areas_mm2=areas, kernel=kernel,
-            strips=(1 - self.from_ports) * kernel.irradiance(self._landed(light), nowhere),
+            strips=self._by_particles(light, kernel),
         )  # fmt: skip
 
     def mirrored(
@@ -138,21 +138,25 @@ class NearObject:
         assert self.placed is not None
         return min(1.0, PORTS_MM / max(PORTS_MM, -float(self.placed.vertices[:, 2].max())))
 
-    def _landed(self, light: RecordedLight) -> Array:
-        """Flux of recorded particles on the object, shape (triangles, 3)."""
+    def _by_particles(self, light: RecordedLight, kernel: IrradianceKernel) -> Array:
+        """Irradiance by recorded particles, shape (triangles, 3)."""
+        share, triangles = 1 - self.from_ports, len(self.mesh.faces)
+        if share == 0:
+            return np.zeros((triangles, 3))
         si = self.scene.ray_intersect_preliminary(light.rays)
         met = np.array(si.is_valid())
         triangle, weights = np.array(si.prim_index)[met], np.array(light.weights, np.float64)[:, met]
-        flux = [np.bincount(triangle, each, len(self.mesh.faces)) for each in weights]
-        return np.stack(flux, 1) / light.particles
+        flux = [np.bincount(triangle, each, triangles) for each in weights]
+        return share * kernel.irradiance(np.stack(flux, 1) / light.particles, np.zeros(triangles, bool))
 
     def _blended(self, placed: SurfaceMesh) -> IrradianceKernel:
         """Kernel that is the wider the further a triangle is from the face.
 
-        Of the gap it knows the power of two below, so that frames of an approach share it.
+        Of the gap it knows the power of two below, none below `PORTS_MM`, so that frames of an approach share it.
         """
         heights = placed.vertices[:, 2]
-        gap_mm = 2 ** np.floor(np.log2(max(1.0, -heights.max())))
+        gap_mm = np.round(-heights.max(), DIGITS)
+        gap_mm = 2 ** np.floor(np.log2(gap_mm)) if gap_mm >= PORTS_MM else 0.0
         away_mm = gap_mm + np.round(heights.max() - heights[placed.faces].mean(1), DIGITS)
         return blended_kernel(self.mesh, away_mm)
 

@@ -133,11 +133,8 @@ class NearTransport:
                 values = self._values(self._brought((light.sums @ passed)[: light.brought.shape[1]]))
                 found = found + (light.seen.response @ values)[pixels]
             return np.asarray(np.maximum(found, 0))
-        stream, own, hidden = (
-            SEEDS_PER_RENDER * seed + ON_OBJECT,
-            light.room + target.from_ports * light.strips,
-            np.zeros(()),
-        )
+        stream, hidden = SEEDS_PER_RENDER * seed + ON_OBJECT, np.zeros(())
+        own = light.room + target.from_ports * light.strips
         disk = lamp.disk if lamp is not None else None
         now = _Room(still, passing, disk)
         met = target.look(world.scene, still, now, light.ports, light.lines, rest.light, rays=OBJECT_RAYS, seed=stream)

@@ -102,12 +102,10 @@ def _levels(away_mm: Array) -> Iterator[tuple[int, Array]]:
             yield level, share
 
 
-def irradiance_kernel(
-    mesh: SurfaceMesh, width_mm: float = SMOOTHING_MM, wanted: Mask | None = None
-) -> IrradianceKernel:
-    """Gaussian kernel between triangles, or the wanted ones, and patches of a mesh that lie close and face alike."""
-    chosen = np.ones(len(mesh.faces), bool) if wanted is None else wanted
-    return _kernel(mesh.vertices.tobytes(), mesh.faces.tobytes(), chosen.tobytes(), width_mm)
+def irradiance_kernel(mesh: SurfaceMesh, width_mm: float = SMOOTHING_MM) -> IrradianceKernel:
+    """Gaussian kernel between triangles and patches of a mesh that lie close and face alike."""
+    every = np.ones(len(mesh.faces), bool).tobytes()
+    return _kernel(mesh.vertices.tobytes(), mesh.faces.tobytes(), every, width_mm)
 
 
 @lru_cache(KEPT)

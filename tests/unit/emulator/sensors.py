@@ -11,7 +11,7 @@ NETWORK = Path(__file__).with_name("contact.onnx")
 COLOUR = (0.1, 0.2, 0.3)
 SMALL = (
     "rig.camera.columns=48", "rig.camera.rows=64", "rig.camera.read_noise_e=0", "references=1",
-    "render.samples=1", "render.particles=1000", "render.anchor_samples=2", "render.anchor_particles=100000",
+    "render.samples=1", "render.particles=1000", "render.anchor_samples=2", "render.anchor_particles=2000",
     "rig.room=dark",
 )  # fmt: skip
 
