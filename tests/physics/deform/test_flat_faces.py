@@ -42,11 +42,11 @@ def test_force_and_area_below_a_flat_face(what: str) -> None:
 
 @pytest.mark.parametrize("radius_mm", [2, pytest.param(4, marks=pytest.mark.slow)])
 def test_area_below_a_ball(radius_mm: int) -> None:
-    """Cells as fine as the contact asks tell its border: on those of 0.9 mm the force was 6 % too large."""
+    """A face whose nodes are almost half a radius apart tells the border of the contact to a seventh of the area."""
     pressed = place_object(parse_object(f"sphere:radius_mm={radius_mm}"), gap_mm=-1.0)
     zone = contact_zone([pressed], DESIGN)
     assert zone is not None
     found = ContactSolver(build_lattice(DESIGN, zone=zone)).solve(pressed)
     best = ContactSolver(central_lattice(DESIGN, zone, spacing_mm=0.3, is_quarter=True)).solve(pressed)
-    assert found.contact_area_mm2 == pytest.approx(QUARTERS * best.contact_area_mm2, rel=0.08)
-    assert found.force_n[2] == pytest.approx(QUARTERS * best.force_n[2], rel=0.03)
+    assert found.contact_area_mm2 == pytest.approx(QUARTERS * best.contact_area_mm2, rel=0.15)
+    assert found.force_n[2] == pytest.approx(QUARTERS * best.force_n[2], rel=0.07)
