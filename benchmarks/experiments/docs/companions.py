@@ -15,7 +15,8 @@ from magicsim.notebook.screen import change, on_screen
 from magicsim.robot.fingers import ObjectPlace, object_pose
 from magicsim.robot.gripper import Gripper
 from magicsim.scenes.scene import load_scene
-from magicsim_experiments.assembly.trial import PLACE, SPACE, SQUEEZE_MM, base_of, check_plug
+from magicsim_experiments.assembly.stages import AssemblyConfig
+from magicsim_experiments.assembly.trial import PLACE, SPACE, base_of, check_plug
 from magicsim_experiments.task.hand import hand_pose
 from magicsim_experiments.task.running import task_scene
 from magicsim_experiments.task.settings import GraspConfig, load_item
@@ -51,7 +52,7 @@ def plugged() -> Frame:
     scene = load_scene("assembly")
     plug = check_plug(scene.object)
     with Gripper(scene, workspace=SPACE, quality="control", companion=base_of(plug)) as gripper:
-        gripper.close(gripper.touching_width_mm - SQUEEZE_MM, place=PLACE)
+        gripper.close(gripper.touching_width_mm - AssemblyConfig().squeeze_mm, place=PLACE)
         axis = object_pose(plug, gripper.place)
         tip = axis.to_sensor(np.array([[0.0, plug.length_mm / 2 + plug.pin_length_mm, 0.0]]))[0]
         return both(gripper, Pose(position_mm=tip - DEPTH_MM * axis.rotation[:, 1], rotation=axis.rotation))

@@ -7,9 +7,9 @@ it is assumed. Friction is kinetic, against the carriage's motion. The contacts 
 a force along the axis that comes with its depth.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
 from pydantic import AfterValidator, Field
@@ -49,7 +49,9 @@ class Jack(Config):
         radial = np.hypot(points[:, 0], points[:, 2])
         outward = np.stack([points[:, 0], points[:, 2]], 1) / np.maximum(radial, TINY)[:, None]
         places = np.stack([radial, points[:, 1]], 1)
-        corners = self._profile()
+        radius, mouth, depth = self.radius_mm, self.radius_mm + self.chamfer_mm, self.depth_mm
+        # The base's surface in the half plane (radial, axial), from far away to the hole's bottom.
+        corners = np.array([[FAR_MM, 0], [mouth, 0], [radius, self.chamfer_mm], [radius, depth], [0, depth]], float)
         best, foot = np.full(len(points), np.inf), np.zeros_like(places)
         normal = np.zeros_like(places)
         for first, last in pairwise(corners):
@@ -63,36 +65,14 @@ class Jack(Config):
             closer = away < best
             best[closer], foot[closer] = away[closer], nearest[closer]
             normal[closer] = np.array([way[1], -way[0]]) / length
-        inside = places[:, 1] > self._surface(places[:, 0])
+        height = np.where(places[:, 0] < radius, depth, np.clip(mouth - places[:, 0], 0.0, None))
+        inside = places[:, 1] > height
         signed = np.where(inside, -best, best)
         offset = (places - foot) * np.where(inside, -1.0, 1.0)[:, None]
         is_on = best < TINY
         turned = np.where(is_on[:, None], normal, offset / np.maximum(best, TINY)[:, None])
         full = np.stack([turned[:, 0] * outward[:, 0], turned[:, 1], turned[:, 0] * outward[:, 1]], 1)
         return signed, full
-
-    def _profile(self) -> Array:
-        """Corners of the base's surface in the half plane (radial, axial), from far away to the hole's bottom [mm]."""
-        radius, chamfer = self.radius_mm, self.chamfer_mm
-        return np.array(
-            [[FAR_MM, 0.0], [radius + chamfer, 0.0], [radius, chamfer], [radius, self.depth_mm], [0.0, self.depth_mm]]
-        )
-
-    def _surface(self, radial: Array) -> Array:
-        """Height of the surface at a distance from the axis [mm]."""
-        flank = self.radius_mm + self.chamfer_mm - radial
-        return np.asarray(np.where(radial < self.radius_mm, self.depth_mm, np.clip(flank, 0.0, None)))
-
-
-def jack_pose(*, mouth_mm: tuple[float, float, float], tilt_x_deg: float = 0.0, tilt_z_deg: float = 0.0) -> Pose:
-    """From the jack's frame to the gripper's.
-
-    Args:
-        mouth_mm: Middle of the mouth in the gripper's frame [mm].
-        tilt_x_deg: Rotation of the base about x [degrees].
-        tilt_z_deg: Then about z [degrees].
-    """
-    return Pose.from_degrees(np.array(mouth_mm), roll=tilt_x_deg, yaw=tilt_z_deg)
 
 
 AROUND, ACROSS, ALONG, RIM = 32, 8, 24, 4
@@ -112,11 +92,7 @@ class Elements:
 
 
 def plug_elements(plug: PlugObject) -> Elements:
-    """The elements of a plug.
-
-    Args:
-        plug: Its sizes; the handle is centred on the origin, the pin points along +y.
-    """
+    """The elements of a plug whose handle is centred on the origin and whose pin points along +y."""
     solid = plug.solid()
     radius, rim = plug.pin_radius_mm, solid.pin.edge_radius_mm
     shoulder, tip = plug.length_mm / 2, plug.length_mm / 2 + plug.pin_length_mm
@@ -190,15 +166,14 @@ class MetLoad(Load):
         facing = np.maximum(-np.einsum("ei,ei->e", outward, normal), 0.0)
         size = self.contact.stiffness_n_mm3 * np.maximum(-depth, 0.0) * facing * self.elements.area_mm2
         force = size[:, None] * normal
-        axis = np.array([0.0, 1.0, 0.0])
         if self.way != 0:
-            sliding = axis - normal * normal[:, 1:2]
+            sliding = np.array([0.0, 1.0, 0.0]) - normal * normal[:, 1:2]
             force -= self.way * self.contact.friction * size[:, None] * sliding
         force = force @ self.base.rotation.T
-        total = force.sum(0) + self.base.rotation @ self._spring(local)
+        spring = self.base.rotation @ self._spring(local)
         tip = pose.rotation @ np.array([0.0, float(self.elements.points_mm[:, 1].max()), 0.0])
         torque = np.cross(points - pose.position_mm, force).sum(0)
-        return np.concatenate([total, torque + np.cross(tip, self.base.rotation @ self._spring(local))])
+        return np.concatenate([force.sum(0) + spring, torque + np.cross(tip, spring)])
 
     def stiffness(self, pose: Pose) -> Array:
         """How the base's wrench falls with the plug's motion, shape (6, 6), by differences; see `Load.stiffness`."""
@@ -207,16 +182,14 @@ class MetLoad(Load):
             return found
         for number, unit in enumerate(np.eye(6)):
             step = STEP_MM * unit if number < AXES else STEP_RAD * unit
-            ends = [
-                self.met(
-                    Pose(
-                        position_mm=pose.position_mm + sign * step[:AXES],
-                        rotation=Rotation.from_rotvec(sign * step[AXES:]).as_matrix() @ pose.rotation,
-                    )
+            above, below = (
+                Pose(
+                    position_mm=pose.position_mm + sign * step[:AXES],
+                    rotation=Rotation.from_rotvec(sign * step[AXES:]).as_matrix() @ pose.rotation,
                 )
                 for sign in (1, -1)
-            ]
-            found[:, number] = (ends[1] - ends[0]) / (2 * (STEP_MM if number < AXES else STEP_RAD))
+            )
+            found[:, number] = (self.met(below) - self.met(above)) / (2 * step[number])
         return found
 
     def _spring(self, local: Array) -> Array:
@@ -227,11 +200,3 @@ class MetLoad(Load):
         low, high = self.contact.spring_mm
         share = float(np.clip((deepest[1] - low) / (high - low), 0, 1))
         return np.array([0.0, -self.way * self.contact.spring_n * share, 0.0])
-
-    def at(self, base: Pose | None, *, way: float) -> Self:
-        """This load with the base elsewhere.
-
-        Args:
-            base: From the jack's frame to the gripper's; None is out of reach.
-        """
-        return replace(self, base=base, way=way)

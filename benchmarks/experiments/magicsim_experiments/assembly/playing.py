@@ -15,7 +15,7 @@ from magicsim.robot.fingers import object_pose
 from magicsim.robot.grip.load import Hold
 from magicsim.robot.grip.truth import GripMoment
 from magicsim.robot.gripper import Gripper
-from magicsim_experiments.assembly.meeting import FORWARD, MetLoad, jack_pose
+from magicsim_experiments.assembly.meeting import FORWARD, MetLoad
 from magicsim_experiments.assembly.stages import Misalignment, Step, TrialStage
 from magicsim_experiments.assembly.trial import OPEN_MM, Gripped, Moment, Vector
 
@@ -90,11 +90,7 @@ class Pusher:
     """Holds the plug while the base comes."""
 
     def __init__(self, gripper: Gripper, plug: PlugObject, load_at: Callable[[float], MetLoad]) -> None:
-        """Takes what does not change on the way.
-
-        Args:
-            load_at: What acts with the base so far along its way [mm].
-        """
+        """Takes what does not change on the way; `load_at` is what acts with the base so far along it [mm]."""
         self._gripper, self._plug, self._load_at = gripper, plug, load_at
 
     def walk(self, first_mm: float, ways_mm: Sequence[float], push_n: float = np.inf) -> list[Reached]:
@@ -121,13 +117,7 @@ class Pusher:
     def walk_in_samples(
         self, first_mm: float, ways_mm: Sequence[float], push_n: float, *, samples: int
     ) -> list[Reached]:
-        """Walks like `walk`; where that makes fewer equilibria than samples, the way is gone again in as many.
-
-        Args:
-            first_mm: Where the base is before it pushes harder than it does now [mm].
-            ways_mm: Where it goes, in their order [mm].
-            push_n: Force at which the carriage stops [N].
-        """
+        """Walks like `walk`; where that makes fewer equilibria than samples, the way is gone again in as many."""
         start = self._gripper.now()
         walked = self.walk(first_mm, ways_mm, push_n)
         if len(walked) >= samples:
@@ -225,7 +215,7 @@ class _Course:
             self._gripper.go_back(closing)
             self._film(step, after_mm=way_mm / 2)
         self._gripper.go_back(self._gripped.moment)
-        self._pass((OPEN_MM + self._setup.squeeze_mm) / 2)
+        self._pass((OPEN_MM + self._setup.config.squeeze_mm) / 2)
         self._film(step)
 
     def _open(self, step: Step) -> None:
@@ -255,17 +245,17 @@ class _Course:
             self._film(step, after_mm=reached.way_mm - first, met=reached.met, slid_mm=slid)
             done = number
         self._depth = walked[-1].way_mm
-        self._load = self._load.at(self._load.base, way=0.0)
+        self._load = replace(self._load, way=0.0)
         self._pass(self._depth - first)
 
     def _load_at(self, way_mm: float) -> MetLoad:
         """The plug's weight, and the base so far along its way."""
         off = None if self._is_aligned else self._misalignment
-        return self._gripped.load.at(_base(self._axis, self._tip_mm, way_mm, off), way=FORWARD)
+        return replace(self._gripped.load, base=_base(self._axis, self._tip_mm, way_mm, off), way=FORWARD)
 
     def _pass(self, way_mm: float) -> None:
         """Lets the time pass in which carriage or fingers go a way [mm]."""
-        self._time_s += way_mm / self._setup.speed_mm_s
+        self._time_s += way_mm / self._setup.config.speed_mm_s
 
     def _film(self, step: Step, *, after_mm: float = 0.0, met: Vector | None = None, slid_mm: float = 0.0) -> None:
         """A pair of frames; what the base does is `met`, or what it does to the plug where that is."""
@@ -277,7 +267,7 @@ class _Course:
         if met is None:
             met = tuple(float(each) for each in self._load.met(object_pose(self._plug, truth.place)))
         moment = Moment(
-            step=step, outcome=truth.hold, time_s=self._time_s + after_mm / self._setup.speed_mm_s,
+            step=step, outcome=truth.hold, time_s=self._time_s + after_mm / self._setup.config.speed_mm_s,
             base_force_n=met[:3], base_torque_nmm=met[3:],
             normal_n=(truth.upper.force_n[2] + truth.lower.force_n[2]) / 2, place=truth.place, limit=truth.limit,
             slid_mm=slid_mm, images=(pair.upper.image, pair.lower.image),
@@ -287,9 +277,8 @@ class _Course:
 
 def _base(axis: Pose, tip_mm: float, depth_mm: float, misalignment: Misalignment | None) -> Pose:
     """The jack in the gripper's frame: its mouth so far from the pin's end as it was gripped, along the fingers."""
-    off = misalignment or Misalignment(kind="aligned")
     tip = axis.to_sensor(np.array([[0.0, tip_mm, 0.0]]))[0]
     if misalignment is None:
         return Pose(position_mm=tip - depth_mm * axis.rotation[:, 1], rotation=axis.rotation)
-    mouth = (float(tip[0]) + off.x_mm, float(tip[1]) - depth_mm, float(tip[2]) + off.z_mm)
-    return jack_pose(mouth_mm=mouth, tilt_x_deg=off.tilt_x_deg, tilt_z_deg=off.tilt_z_deg)
+    mouth = tip + np.array([misalignment.x_mm, -depth_mm, misalignment.z_mm])
+    return Pose.from_degrees(mouth, roll=misalignment.tilt_x_deg, yaw=misalignment.tilt_z_deg)

@@ -1,28 +1,76 @@
-"""The six stages of an assembly as a scripted timeline (Fan, Li, Zhang, arXiv 2505.24382: a teleoperator plugs in).
+"""Settings of an assembly, and its six stages as a scripted timeline (Fan, Li, Zhang, arXiv 2505.24382).
 
-How far and how hard each stage goes is assumed; the stages' names and order are published.
+There a teleoperator plugs in. How far and how hard each stage goes is assumed; the stages' names and order are
+published.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Literal
+from typing import Annotated, Literal, Self
 
 import numpy as np
+from pydantic import AfterValidator, Field, model_validator
 
+from magicsim.config.models import Config, apply_overrides, validate
+from magicsim_experiments.assembly.meeting import Contact, Jack
+from magicsim_experiments.task.settings import Positive, in_order
+
+PREFIX = "task."
+"""What settings of the task begin with; all others are the scene's."""
+Offset = Annotated[float, Field(ge=0, le=20)]
+Angle = Annotated[float, Field(ge=0, le=30)]
 Kind = Literal["aligned", "offset", "angle"]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Spread:
-    """Ranges of misalignments; published are 'above 3 mm' and 'slight angles', the rest is assumed."""
+class AssemblyConfig(Config):
+    """One run of the assembly task; every number is assumed where nothing else is said."""
 
-    offset_mm: tuple[float, float] = (3.0, 6.0)
-    """Smallest and largest offset of a base beside the axis [mm]."""
-    angle_deg: tuple[float, float] = (3.0, 8.0)
-    """Smallest and largest angle of a base [degrees]."""
-    aligned_mm: float = 0.3
-    """Largest offset of a base that counts as aligned [mm]: the chamfer takes it."""
+    jack: Jack = Jack()
+    """The hole in the base."""
+    contact: Contact = Contact()
+    """Contact between plug and base."""
+    mass_g: Positive = 8.0
+    """Mass of the plug [g]."""
+    squeeze_mm: Annotated[float, Field(gt=0, le=4)] = 1.0
+    """How much closer than touching the faces grip [mm]."""
+    speed_mm_s: Positive = 10.0
+    """Speed of the carriage and of each finger [mm/s]."""
+    before_mm: Annotated[float, Field(gt=0, le=8)] = 0.5
+    """How far before the mouth the approach ends [mm]."""
+    insertion_mm: Annotated[tuple[Positive, Positive], AfterValidator(in_order)] = (2.0, 4.0)
+    """How far the pin would go in the first and in the second insertion if nothing gave way [mm]."""
+    push_n: tuple[Positive, Positive] = (2.0, 4.0)
+    """Force of the base at which the carriage stops in the first and in the second insertion [N]."""
+    success_mm: Positive = 8.0
+    """Depth of the pin once it is aligned [mm]."""
+    offset_mm: Annotated[tuple[Offset, Offset], AfterValidator(in_order)] = (3.0, 6.0)
+    """Smallest and largest offset of a base beside the axis [mm]; published is 'above 3 mm'."""
+    angle_deg: Annotated[tuple[Angle, Angle], AfterValidator(in_order)] = (3.0, 8.0)
+    """Smallest and largest angle of a base [degrees]; published are 'slight angles'."""
+    aligned_mm: Offset = 0.3
+    """Largest offset of a base that counts as aligned [mm]: the chamfer has to take it."""
+
+    @model_validator(mode="after")
+    def _check_success(self) -> Self:
+        if self.success_mm > self.jack.depth_mm:
+            raise ValueError(
+                f"success_mm = {self.success_mm:g} is not allowed: must be at most {self.jack.depth_mm:g}, the depth "
+                "of the jack"
+            )
+        return self
+
+
+def split_settings(settings: Sequence[str]) -> tuple[list[str], AssemblyConfig]:
+    """Settings of the scene, and the task with its own, which begin with `task.`.
+
+    Args:
+        settings: `dotted.key=value` each.
+    """
+    own = [each.strip()[len(PREFIX) :] for each in settings if each.strip().startswith(PREFIX)]
+    others = [each for each in settings if not each.strip().startswith(PREFIX)]
+    return others, validate(AssemblyConfig, apply_overrides({}, own), source="task assembly")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,27 +92,22 @@ class Misalignment:
         return self.kind != "aligned"
 
 
-def draw_misalignments(trials: int, seed: int, spread: Spread | None = None) -> list[Misalignment]:
-    """Misalignments of a number of trials: in turn aligned, beside and at an angle, in directions drawn evenly."""
-    ranges = spread or Spread()
+def draw_misalignments(trials: int, seed: int, config: AssemblyConfig) -> list[Misalignment]:
+    """Misalignments of a number of trials: in turn beside, at an angle and aligned, in directions drawn evenly."""
     rng = np.random.default_rng([seed, 38])
     kinds: tuple[Kind, ...] = ("offset", "angle", "aligned")
+    ranges = {"offset": config.offset_mm, "angle": config.angle_deg, "aligned": (0.0, config.aligned_mm)}
     drawn = []
     for number in range(trials):
         kind, direction = kinds[number % len(kinds)], float(rng.uniform(0, 2 * math.pi))
         x, z = math.cos(direction), math.sin(direction)
-        size = float(rng.uniform(0, 1))
+        low, high = ranges[kind]
+        size = low + float(rng.uniform(0, 1)) * (high - low)
         if kind == "angle":
-            angle = _between(ranges.angle_deg, size)
-            drawn.append(Misalignment(kind=kind, tilt_x_deg=angle * x, tilt_z_deg=angle * z))
+            drawn.append(Misalignment(kind=kind, tilt_x_deg=size * x, tilt_z_deg=size * z))
         else:
-            offset = size * ranges.aligned_mm if kind == "aligned" else _between(ranges.offset_mm, size)
-            drawn.append(Misalignment(kind=kind, x_mm=offset * x, z_mm=offset * z))
+            drawn.append(Misalignment(kind=kind, x_mm=size * x, z_mm=size * z))
     return drawn
-
-
-def _between(ends: tuple[float, float], share: float) -> float:
-    return ends[0] + share * (ends[1] - ends[0])
 
 
 class TrialStage(StrEnum):
@@ -97,25 +140,16 @@ class Step:
     """Whether the base is on the plug's axis, whatever the trial's misalignment."""
 
 
-def timeline(
-    *, before_mm: float = 0.5, insertions: tuple[tuple[float, float], tuple[float, float]] = ((2.0, 2.0), (4.0, 4.0)),
-    success_mm: float = 8.0,
-) -> tuple[Step, ...]:  # fmt: skip
-    """The six stages of one trial.
-
-    Args:
-        before_mm: How far before the mouth the approach ends [mm].
-        insertions: Of the first and of the second: depth [mm], and the force at which the carriage stops [N].
-        success_mm: Depth of the pin once it is aligned [mm].
-    """
-    (first_mm, first_n), (second_mm, second_n) = insertions
+def timeline(config: AssemblyConfig) -> tuple[Step, ...]:
+    """The six stages of one trial."""
+    (first_mm, second_mm), (first_n, second_n) = config.insertion_mm, config.push_n
     return (
         Step(stage=TrialStage.GRIP, depth_mm=None),
-        Step(stage=TrialStage.APPROACH, depth_mm=-before_mm),
+        Step(stage=TrialStage.APPROACH, depth_mm=-config.before_mm),
         Step(stage=TrialStage.FIRST, depth_mm=first_mm, push_n=first_n),
         Step(stage=TrialStage.SECOND, depth_mm=second_mm, push_n=second_n),
-        Step(stage=TrialStage.SUCCESS, depth_mm=success_mm, is_aligned=True),
-        Step(stage=TrialStage.OPEN, depth_mm=success_mm, is_aligned=True),
+        Step(stage=TrialStage.SUCCESS, depth_mm=config.success_mm, is_aligned=True),
+        Step(stage=TrialStage.OPEN, depth_mm=config.success_mm, is_aligned=True),
     )
 
 

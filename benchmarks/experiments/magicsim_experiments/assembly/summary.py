@@ -1,6 +1,5 @@
 """Who noticed misalignment, over all trials, and what each cue is in each stage."""
 
-import io
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,14 +12,17 @@ from magicsim.judge.measures import exact_share
 from magicsim.robot.grip.load import Hold
 from magicsim_experiments.assembly.stages import BEFORE, EARLY, Misalignment, TrialStage
 from magicsim_experiments.assembly.trial import Cues
+from magicsim_experiments.task.growing import as_png
 from magicsim_experiments.task.summary import reasons_of
 
+Series = Sequence[tuple[Misalignment, Sequence[Cues]]]
+"""Misalignment of each trial, and what was read at its steps."""
 COLORS = {"aligned": "tab:green", "offset": "tab:red", "angle": "tab:orange"}
 MANY = 20
 """Trials from which on lines are drawn fainter."""
 
 
-def draw_series(trials: Sequence[tuple[Misalignment, Sequence[Cues]]]) -> bytes:
+def draw_series(trials: Series) -> bytes:
     """A PNG of every trial."""
     figure = Figure(figsize=(8, 5), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True)
@@ -43,9 +45,7 @@ def draw_series(trials: Sequence[tuple[Misalignment, Sequence[Cues]]]) -> bytes:
         for end in ends.values():
             axes.axvline(end, color="grey", linewidth=0.5)
         axes.grid(visible=True, alpha=0.3)
-    file = io.BytesIO()
-    figure.savefig(file, format="png", dpi=110, metadata={"Software": None})
-    return file.getvalue()
+    return as_png(figure)
 
 
 def stage_ends_s(trials: Sequence[Sequence[Cues]]) -> dict[TrialStage, float]:
@@ -107,18 +107,13 @@ CUES: Mapping[str, Callable[[Cues], float]] = {
 """The cues, by what is read of a step."""
 
 
-def recognise(trials: Sequence[tuple[Misalignment, Sequence[Cues]]]) -> dict[str, Recognition]:
+def recognise(trials: Series) -> dict[str, Recognition]:
     """Recognition by each cue, and by a change of the contact detector's verdict (`contact verdict`)."""
-    found = {name: _by_change(trials, value) for name, value in CUES.items()}
-    changed = [(each, _verdict_changes(series)) for each, series in trials]
-    found["contact verdict"] = Recognition(
-        threshold=None, misaligned=Rate.of_trials([was for each, was in changed if each.is_misaligned]),
-        by_kind=_by_kind(changed), auc=None,
-    )  # fmt: skip
-    return found
+    verdicts = _recognition([(each, _verdict_changes(series)) for each, series in trials])
+    return {name: _by_change(trials, value) for name, value in CUES.items()} | {"contact verdict": verdicts}
 
 
-def unrecognised(trials: Sequence[tuple[Misalignment, Sequence[Cues]]]) -> Rate:
+def unrecognised(trials: Series) -> Rate:
     """Misaligned trials that neither SSIM nor contact detector recognises."""
     aligned = {name: _threshold(trials, CUES[name]) for name in ("ssim", "contact detector")}
     missed = [
@@ -129,29 +124,30 @@ def unrecognised(trials: Sequence[tuple[Misalignment, Sequence[Cues]]]) -> Rate:
     return Rate.of_trials(missed)
 
 
-def _by_change(trials: Sequence[tuple[Misalignment, Sequence[Cues]]], value: Callable[[Cues], float]) -> Recognition:
+def _by_change(trials: Series, value: Callable[[Cues], float]) -> Recognition:
     limit = _threshold(trials, value)
     changes = [(each, change(series, value)) for each, series in trials]
     wrong = [size for each, size in changes if each.is_misaligned]
     right = [size for each, size in changes if not each.is_misaligned]
+    ordered = [(a > b) + (a == b) / 2 for a in wrong for b in right]
     judged = [(each, limit is not None and size > limit) for each, size in changes]
-    auc = None
-    if wrong and right:
-        auc = float(np.mean([(a > b) + (a == b) / 2 for a in wrong for b in right]))
-    return Recognition(
-        threshold=limit, misaligned=Rate.of_trials([was for each, was in judged if each.is_misaligned]),
-        by_kind=_by_kind(judged), auc=auc,
-    )  # fmt: skip
+    return _recognition(judged, threshold=limit, auc=float(np.mean(ordered)) if ordered else None)
 
 
-def _threshold(trials: Sequence[tuple[Misalignment, Sequence[Cues]]], value: Callable[[Cues], float]) -> float | None:
+def _recognition(
+    judged: Sequence[tuple[Misalignment, bool]], *, threshold: float | None = None, auc: float | None = None
+) -> Recognition:
+    """Rates of the misaligned trials, of each of which is told whether it was recognised."""
+    found = [(each.kind, was) for each, was in judged if each.is_misaligned]
+    kinds: list[str] = sorted({kind for kind, _ in found})
+    by_kind = {kind: Rate.of_trials([was for own, was in found if own == kind]) for kind in kinds}
+    misaligned = Rate.of_trials([was for _, was in found])
+    return Recognition(threshold=threshold, misaligned=misaligned, by_kind=by_kind, auc=auc)
+
+
+def _threshold(trials: Series, value: Callable[[Cues], float]) -> float | None:
     most = max((change(series, value) for each, series in trials if not each.is_misaligned), default=math.inf)
     return most if math.isfinite(most) else None
-
-
-def _by_kind(judged: Sequence[tuple[Misalignment, bool]]) -> dict[str, Rate]:
-    kinds = sorted({each.kind for each, _ in judged if each.is_misaligned})
-    return {kind: Rate.of_trials([was for each, was in judged if each.kind == kind]) for kind in kinds}
 
 
 def _verdict_changes(series: Sequence[Cues]) -> bool:
@@ -222,7 +218,7 @@ def summarise(trials: Sequence[Trial], *, out: str) -> AssemblySummary:
     )  # fmt: skip
 
 
-def _by_stage(played: Sequence[tuple[Misalignment, tuple[Cues, ...]]]) -> dict[str, dict[str, dict[str, StageSeries]]]:
+def _by_stage(played: Series) -> dict[str, dict[str, dict[str, StageSeries]]]:
     found: dict[str, dict[str, dict[str, StageSeries]]] = {}
     for kind in sorted({each.kind for each, _ in played}):
         series = [cues for each, whole in played if each.kind == kind for cues in whole]
@@ -230,14 +226,12 @@ def _by_stage(played: Sequence[tuple[Misalignment, tuple[Cues, ...]]]) -> dict[s
         for stage in TrialStage:
             here = [cues for cues in series if cues.stage is stage and cues.outcome != Hold.DROPPED]
             if here:
+                read = {name: [value(cues) for cues in here] for name, value in CUES.items()}
                 found[kind][stage.value] = {
-                    name: _series([value(cues) for cues in here]) for name, value in CUES.items()
+                    name: StageSeries(trials=len(each), mean=float(np.mean(each)), least=min(each), most=max(each))
+                    for name, each in read.items()
                 }
     return found
-
-
-def _series(values: list[float]) -> StageSeries:
-    return StageSeries(trials=len(values), mean=float(np.mean(values)), least=min(values), most=max(values))
 
 
 def _cues(step: dict[str, Any]) -> Cues:

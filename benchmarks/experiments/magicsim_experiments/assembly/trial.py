@@ -7,6 +7,7 @@ SSIM is scikit-image's (extra `task`), on RGB frames of 8 bits, against the mean
 
 from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from manifold3d import Manifold
@@ -23,8 +24,8 @@ from magicsim.robot.grip.load import Hold
 from magicsim.robot.grip.truth import GripMoment
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
-from magicsim_experiments.assembly.meeting import Contact, Jack, MetLoad, plug_elements
-from magicsim_experiments.assembly.stages import Step, TrialStage, timeline
+from magicsim_experiments.assembly.meeting import Jack, MetLoad, plug_elements
+from magicsim_experiments.assembly.stages import AssemblyConfig, Step, TrialStage, timeline
 
 DARK = (0.03, 0.03, 0.03)
 """Diffuse reflectance in linear RGB; published is a dark base, the number is assumed."""
@@ -62,10 +63,8 @@ def _block(half_x: float, half_z: float, low: float, high: float) -> Manifold:
 
 
 Vector = tuple[float, ...]
-SQUEEZE_MM, OPEN_MM = 1.0, 12.0
-"""How much closer than touching the faces grip, and how far they open [mm]; assumed."""
-MASS_G = 8.0
-"""Mass of the plug; assumed."""
+OPEN_MM = 12.0
+"""How far the faces open [mm]; assumed."""
 PLACE = ObjectPlace(y_mm=6.0)
 """Where the fingers take the handle: towards their tips, the pin beyond them."""
 SPACE = Workspace(
@@ -73,29 +72,21 @@ SPACE = Workspace(
     gap_mm=(-1.5, 20.0),
 )  # fmt: skip
 """Where the plug may go in the grip; one that turns out of it counts as lost."""
-SPEED_MM_S = 10.0
-"""Speed of carriage and fingers; assumed [mm/s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Setup:
     """What does not change from trial to trial."""
 
-    jack: Jack = field(default_factory=Jack)
-    contact: Contact = field(default_factory=Contact)
-    mass_g: float = MASS_G
-    squeeze_mm: float = SQUEEZE_MM
-    """How much closer than touching the faces grip [mm]."""
+    config: AssemblyConfig = field(default_factory=AssemblyConfig)
+    timeline: Sequence[Step] = field(default_factory=lambda: timeline(AssemblyConfig()))
     place: ObjectPlace = PLACE
     """Where the fingers take the handle."""
-    timeline: Sequence[Step] = field(default_factory=timeline)
     references: int = 30
     """Frames of the untouched fingers, for the detectors."""
     samples: int = 1
     """Pairs of frames of each step, the last one at its end, the others evenly along its way; where the base stops it
     after fewer equilibria, it is gone again in as many."""
-    speed_mm_s: float = SPEED_MM_S
-    """Speed of the carriage and of each finger [mm/s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,8 +130,8 @@ class Gripped:
 
 def base_of(plug: PlugObject, setup: Setup | None = None) -> SurfaceMesh:
     """The base's body, which a gripper shows that was built with it as its `companion`."""
-    setup = setup or Setup()
-    return base_body(setup.jack, apart_mm=2 * plug.radius_mm - setup.squeeze_mm)
+    config = (setup or Setup()).config
+    return base_body(config.jack, apart_mm=2 * plug.radius_mm - config.squeeze_mm)
 
 
 def take_plug(gripper: Gripper, plug: PlugObject, setup: Setup | None = None) -> Gripped:
@@ -150,19 +141,21 @@ def take_plug(gripper: Gripper, plug: PlugObject, setup: Setup | None = None) ->
         ConfigError: The plug does not fit, drops at once, or lies outside of a finger's workspace.
     """
     setup = setup or Setup()
+    config = setup.config
     gripper.reset()
-    references = _references(gripper, setup.references)
-    load = replace(
-        MetLoad.of_mass(setup.mass_g, down=(0.0, 1.0, 0.0)), elements=plug_elements(plug), jack=setup.jack,
-        contact=setup.contact,
-    )  # fmt: skip
+    references: tuple[list[Frame], list[Frame]] = ([], [])
+    for finger, own in zip(gripper.fingers, references, strict=True):
+        finger.remove_object()
+        own += [finger.frame().image for _ in range(setup.references)]
+    weight = MetLoad.of_mass(config.mass_g, down=(0.0, 1.0, 0.0))
+    load = replace(weight, elements=plug_elements(plug), jack=config.jack, contact=config.contact)
     touching, closing = gripper.touching_width_mm, []
     for left in range(setup.samples - 1, 0, -1):
         gripper.close(touching + OPEN_MM * left / setup.samples, place=setup.place)
         closing.append(gripper.now())
-    gripper.close(touching - setup.squeeze_mm, place=setup.place)
+    gripper.close(touching - config.squeeze_mm, place=setup.place)
     if gripper.hold(load=load) is Hold.DROPPED:
-        msg = f"squeeze_mm = {setup.squeeze_mm:g} is not allowed: a plug of {load.weight_n:.3g} N drops at once"
+        msg = f"squeeze_mm = {config.squeeze_mm:g} is not allowed: a plug of {load.weight_n:.3g} N drops at once"
         raise ConfigError(msg)
     return Gripped(
         plug=plug, setup=setup, moment=gripper.now(), load=load, references=references, closing=tuple(closing)
@@ -175,14 +168,6 @@ def check_plug(plug: object) -> PlugObject:
         kind = getattr(plug, "kind", None)
         raise ConfigError(f"object.kind = {kind!r} is not allowed here: an assembly needs a 'plug'")
     return plug
-
-
-def _references(gripper: Gripper, count: int) -> tuple[list[Frame], list[Frame]]:
-    frames: tuple[list[Frame], list[Frame]] = ([], [])
-    for finger, own in zip(gripper.fingers, frames, strict=True):
-        finger.remove_object()
-        own += [finger.frame().image for _ in range(count)]
-    return frames
 
 
 Similarity = Callable[[Frame, Frame], float]
@@ -254,7 +239,7 @@ class Reader:
     def read(self, moment: Moment) -> Cues:
         """All cues of one step."""
         similarity = structural_similarity()
-        ssim = [similarity(image, empty) for image, empty in zip(moment.images, self.empty, strict=True)]
+        ssim = [float(similarity(image, empty)) for image, empty in zip(moment.images, self.empty, strict=True)]
         verdicts = [detect(image, own, self.profile) for image, own in zip(moment.images, self.references, strict=True)]
         return Cues(
             stage=moment.step.stage, outcome=moment.outcome.value, ssim=float(np.mean(ssim)),
@@ -273,8 +258,4 @@ def structural_similarity() -> Similarity:
     except ImportError:
         msg = "SSIM needs the package scikit-image, which is not installed: pip install 'magicsim-experiments[task]'"
         raise ConfigError(msg) from None
-
-    def similarity(image: Frame, other: Frame) -> float:
-        return float(ssim(image, other, channel_axis=-1, data_range=GREY_LEVELS))  # type: ignore[no-untyped-call]
-
-    return similarity
+    return partial(ssim, channel_axis=-1, data_range=GREY_LEVELS)

@@ -61,7 +61,7 @@ def assembly(
     `task.offset_mm=[1,3]`.
     """
     from magicsim.scenes.scene import load_scene
-    from magicsim_experiments.assembly.running import split_settings
+    from magicsim_experiments.assembly.stages import split_settings
     from magicsim_experiments.task.growing import FOLDER
 
     for_scene, config = split_settings(settings or [])

@@ -1,15 +1,15 @@
 """A run of episodes into a folder: each is written whole, and a run that was stopped goes on where it was."""
 
 import hashlib
+import importlib.metadata
 import io
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
 import pyarrow as pa
+from matplotlib.figure import Figure
 from PIL import Image
 
 from magicsim.arrays import Frame
@@ -20,7 +20,6 @@ from magicsim.dataset.shard import parquet_bytes
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.target import output_errors, sole_writer
-from magicsim.light.variant import activate_variant
 from magicsim.scenes.scene import SceneConfig
 from magicsim.workers.run_folder import RunFolder, RunIndex
 from magicsim_experiments.task.settings import Item
@@ -44,32 +43,20 @@ def resolved(
         "profile": dict(profile), "items": {name: item.model_dump(mode="json") for name, item in items.items()},
         "fingers": fingers, "sha256": {name: found for name, found in files.items() if found},
     }  # fmt: skip
-    return plain_values(config.model_dump(mode="json") | {"resolved": content})
+    settings: dict[str, Any] = plain_values(config.model_dump(mode="json") | {"resolved": content})
+    return settings
 
 
-def resolved_scene(scene: SceneConfig) -> dict[str, Any]:
-    """A scene with everything in place, and the SHA-256 of every file that it names."""
-    values = scene.model_dump(mode="json")
-    found = file_hashes(values)
-    return {"scene": values} | ({"sha256": found} if found else {})
-
-
-def plain_values(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Settings as TOML and JSON take them: without keys that have no value."""
-    plain: dict[str, Any] = _without_none(settings)
-    return plain
+def plain_values(settings: Any) -> Any:  # noqa: ANN401 - plain values of any kind
+    """Settings as TOML and JSON take them: tables without keys that have no value."""
+    if isinstance(settings, Mapping):
+        return {key: plain_values(each) for key, each in settings.items() if each is not None}
+    return [plain_values(each) for each in settings] if isinstance(settings, list | tuple) else settings
 
 
 def digest_of(settings: Mapping[str, Any]) -> str:
     """SHA-256 of a run's settings, so that a folder is not continued with another task."""
     return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()
-
-
-def _without_none(value: Any) -> Any:  # noqa: ANN401 - plain values of any kind
-    """Tables without keys that have no value, which TOML cannot say."""
-    if isinstance(value, Mapping):
-        return {key: _without_none(each) for key, each in value.items() if each is not None}
-    return [_without_none(each) for each in value] if isinstance(value, list | tuple) else value
 
 
 INDEX, RESULTS, EPISODES = "task.json", "results.json", "episodes"
@@ -99,70 +86,53 @@ Progress = Callable[[float, float, str], None]
 """Takes episodes done, all of them, and a note."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Played:
-    """What an episode leaves."""
-
-    values: Mapping[str, Any]
-    """Content of the episode's file, as JSON."""
-    pictures: Mapping[str, bytes] = field(default_factory=dict)
-    """Further files by their names below the folder."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Run:
-    """How a task's episodes are kept."""
-
-    task: str
-    episodes: int
-    order: Iterable[int]
-    """Numbers of all episodes in the order in which they are played."""
-    resume: bool = False
-    packages: Mapping[str, str] = field(default_factory=dict)
-    """Versions that results depend on, beside those of the program."""
-    progress: Progress | None = None
-    variant: Callable[[], str] = activate_variant
-    """Names the renderer's variant, and makes it active."""
+Played = tuple[Mapping[str, Any], Mapping[str, bytes]]
+"""What an episode leaves: the content of its file, as JSON, and further files by their names below the folder."""
 
 
 def grow(
-    out: Path, settings: Mapping[str, Any], run: Run, play: Callable[[int], Played],
-    conclude: Callable[[Sequence[dict[str, Any]]], tuple[SummaryT, Mapping[str, bytes]]],
+    out: Path, settings: Mapping[str, Any], play: Callable[[int], Played],
+    conclude: Callable[[Sequence[dict[str, Any]]], tuple[SummaryT, Mapping[str, bytes]]], *, task: str, episodes: int,
+    order: Iterable[int], resume: bool, progress: Progress | None, variant: Callable[[], str],
+    packages: Sequence[str] = (),
 ) -> SummaryT:  # fmt: skip
     """Plays episodes, or what an earlier run left of them, and writes their folder.
 
     Args:
-        settings: What episodes depend on, see `magicsim_experiments.task.growing`; they are written beside the result.
+        settings: What episodes depend on; they are written beside the result.
         conclude: The summary, and the result's files by name, from the content of all episodes in the order of their
             numbers.
+        order: Numbers of all episodes in the order in which they are played.
+        variant: Names the renderer's variant, and makes it active.
+        packages: Those that results depend on, beside the program.
 
     Raises:
         OutputError: The folder is not ours, holds another run or more episodes, or cannot be written.
     """
-    FOLDER.check(out, resume=run.resume)
+    FOLDER.check(out, resume=resume)
     with output_errors(out, then=RESUMABLE), sole_writer(out):
         out.mkdir(parents=True, exist_ok=True)
         ledger = FOLDER.open_ledger(out)
         index = TaskIndex(
-            task=run.task, config_hash=digest_of(settings), variant=run.variant(), episodes=run.episodes,
-            versions=versions("magicsim_experiments") | dict(run.packages),
+            task=task, config_hash=digest_of(settings), variant=variant(), episodes=episodes,
+            versions=versions("magicsim_experiments") | {name: importlib.metadata.version(name) for name in packages},
         )  # fmt: skip
         earlier = FOLDER.read_index(out)
         if earlier is not None:
             FOLDER.refuse_another(out, earlier, index)
-        _refuse_fewer(out, ledger.names(), run.episodes)
+        _refuse_fewer(out, ledger.names(), episodes)
         FOLDER.write_config(ledger, settings)
         FOLDER.write_index(ledger, index)
-        for done, episode in enumerate(run.order):
-            if run.progress is not None:
-                run.progress(done, run.episodes, f"episode {episode}")
+        for done, episode in enumerate(order):
+            if progress is not None:
+                progress(done, episodes, f"episode {episode}")
             if ledger.is_intact(episode_name(episode)):
                 continue
-            played = play(episode)
-            for name, content in played.pictures.items():
+            values, pictures = play(episode)
+            for name, content in pictures.items():
                 ledger.place(name, content)
-            ledger.place(episode_name(episode), as_json(played.values, indent=None))
-        summary, results = conclude([_read(out, episode) for episode in range(run.episodes)])
+            ledger.place(episode_name(episode), as_json(values, indent=None))
+        summary, results = conclude([_read(out, episode) for episode in range(episodes)])
         for name, content in results.items():
             ledger.place(name, content)
         files = {name: ledger.listed(name).sha256 for name in ledger.names() if name != INDEX}
@@ -181,10 +151,13 @@ def as_parquet(rows: list[dict[str, Any]]) -> bytes:
     return parquet_bytes(pa.Table.from_pylist(rows))
 
 
-def as_png(rows: Sequence[Frame]) -> bytes:
-    """Images above each other as a PNG file's content."""
+def as_png(picture: Frame | Figure) -> bytes:
+    """An image, or a drawing, as a PNG file's content."""
     file = io.BytesIO()
-    Image.fromarray(np.concatenate(rows)).save(file, format="PNG")
+    if isinstance(picture, Figure):
+        picture.savefig(file, format="png", dpi=110, metadata={"Software": None})
+    else:
+        Image.fromarray(picture).save(file, format="PNG")
     return file.getvalue()
 
 

@@ -28,7 +28,6 @@ from magicsim_experiments.task.growing import (
     RESULTS,
     Played,
     Progress,
-    Run,
     as_json,
     as_parquet,
     grow,
@@ -102,7 +101,6 @@ def _telling(rows: Sequence[GraspFrame]) -> npt.NDArray[np.int64]:
 
 NOISE = 31
 """Keeps the seeds of the frames' noise apart from others."""
-Frames = list[tuple[Frame, GraspFrame]]
 
 
 def task_scene(config: GraspConfig, item: Item) -> SceneConfig:
@@ -183,17 +181,14 @@ def run_grasps(
     stage = GraspPlayer(config)
 
     def played(episode: int) -> Played:
-        frames: Frames = []
-        recorded, outcome = stage.play(episode, seen=_keeping(frames) if with_film else None)
+        frames: list[tuple[Frame, GraspFrame]] = []
+        recorded, outcome = stage.play(episode, seen=(lambda *each: frames.append(each)) if with_film else None)
         values = {"outcome": asdict(outcome), "rows": [asdict(row) for row in recorded.rows]}
-        if not with_film:
-            return Played(values=values)
-        rate = config.frames_per_second
         pictures = {
             f"films/{episode:05d}.jpg": contact_sheet(frames),
-            f"films/{episode:05d}.webp": film(frames, frames_per_second=rate),
-        }
-        return Played(values=values, pictures=pictures)
+            f"films/{episode:05d}.webp": film(frames, frames_per_second=config.frames_per_second),
+        } if with_film else {}  # fmt: skip
+        return values, pictures
 
     def concluded(episodes: Sequence[dict[str, Any]]) -> tuple[TaskSummary, dict[str, bytes]]:
         found = [GraspOutcome(**each["outcome"]) for each in episodes]
@@ -205,17 +200,10 @@ def run_grasps(
             RESULTS: as_json(asdict(summary)),
         }
 
-    run = Run(
-        task="grasp", episodes=episodes, order=stage.order(episodes), resume=resume, progress=progress, variant=variant
+    return grow(
+        out, stage.settings(), played, concluded, task="grasp", episodes=episodes, order=stage.order(episodes),
+        resume=resume, progress=progress, variant=variant,
     )  # fmt: skip
-    return grow(out, stage.settings(), run, played, concluded)
-
-
-def _keeping(frames: Frames) -> Callable[[Frame, GraspFrame], None]:
-    def keep(image: Frame, row: GraspFrame) -> None:
-        frames.append((image, row))
-
-    return keep
 
 
 def _flat(outcome: dict[str, Any]) -> dict[str, Any]:

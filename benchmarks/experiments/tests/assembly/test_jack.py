@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from magicsim_experiments.assembly.meeting import Jack, jack_pose
+from magicsim_experiments.assembly.meeting import Jack
 
 JACK = Jack(radius_mm=2.6, chamfer_mm=0.5, depth_mm=12.0)
 
@@ -36,12 +36,6 @@ def test_normal_is_the_gradient_of_the_distance():
     smooth = np.abs(np.linalg.norm(gradient, axis=1) - 1) < 1e-4  # not across a ridge
     assert smooth.mean() > 0.95
     np.testing.assert_allclose(gradient[smooth], normal[smooth], atol=1e-3)
-
-
-def test_pose_puts_mouth_and_axis():
-    pose = jack_pose(mouth_mm=(1, 20, 2), tilt_x_deg=90)
-    np.testing.assert_allclose(pose.position_mm, (1, 20, 2))
-    np.testing.assert_allclose(pose.rotation[:, 1], (0, 0, 1), atol=1e-12)
 
 
 def test_impossible_hole_is_refused():

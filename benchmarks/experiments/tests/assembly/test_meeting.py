@@ -7,7 +7,7 @@ import pytest
 
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.geometry.pose import Pose
-from magicsim_experiments.assembly.meeting import FORWARD, Contact, Jack, MetLoad, jack_pose, plug_elements
+from magicsim_experiments.assembly.meeting import FORWARD, Contact, Jack, MetLoad, plug_elements
 
 PLUG = parse_object("plug:radius_mm=5")
 TIP_MM = 16.0
@@ -16,8 +16,13 @@ NO_SPRING = Contact(spring_n=0.0)
 LOAD = replace(MetLoad(weight_n=0.1, down=(0.0, 1.0, 0.0)), elements=plug_elements(PLUG), contact=NO_SPRING)
 
 
+def jack(x_mm: float, y_mm: float, z_mm: float, *, tilt_z_deg: float = 0.0) -> Pose:
+    """From the jack's frame to the gripper's, by the middle of its mouth."""
+    return Pose.from_degrees(np.array([x_mm, y_mm, z_mm]), yaw=tilt_z_deg)
+
+
 def met(depth_mm: float, *, x_mm: float = 0.0, z_mm: float = 0.0, load: MetLoad = LOAD, way: float = 0.0) -> np.ndarray:
-    return load.at(jack_pose(mouth_mm=(x_mm, TIP_MM - depth_mm, z_mm)), way=way).met(HERE)
+    return replace(load, base=jack(x_mm, TIP_MM - depth_mm, z_mm), way=way).met(HERE)
 
 
 def test_elements_lie_on_the_plug_and_have_its_area():
@@ -66,17 +71,17 @@ def test_springs_of_the_jack_resist_a_pin_in_the_hole_alone():
 
 def test_contact_alone_has_the_same_wrench_wherever_the_pair_stands():
     turn = Pose.from_degrees(np.array([3.0, -2.0, 1.0]), roll=20, pitch=-35, yaw=50)
-    base = jack_pose(mouth_mm=(0.4, TIP_MM - 3.0, 0.1), tilt_z_deg=4.0)
-    force = LOAD.at(base, way=FORWARD).met(HERE)
+    base = jack(0.4, TIP_MM - 3.0, 0.1, tilt_z_deg=4.0)
+    force = replace(LOAD, base=base, way=FORWARD).met(HERE)
     moved = Pose(position_mm=turn.to_sensor(base.position_mm[None])[0], rotation=turn.rotation @ base.rotation)
-    found = LOAD.at(moved, way=FORWARD).met(turn)
+    found = replace(LOAD, base=moved, way=FORWARD).met(turn)
     np.testing.assert_allclose(found[:3], turn.rotation @ force[:3], atol=1e-9)
     np.testing.assert_allclose(found[3:], turn.rotation @ force[3:], atol=1e-8)
 
 
 def test_stiffness_is_that_of_the_wrench_and_weight_comes_with_it():
-    load = LOAD.at(jack_pose(mouth_mm=(20.0, TIP_MM - 0.2, 0.0)), way=0.0)
+    load = replace(LOAD, base=jack(20.0, TIP_MM - 0.2, 0.0))
     assert load.stiffness(HERE)[1, 1] == pytest.approx(5.0 * np.pi * 2.5**2, rel=0.05)
     np.testing.assert_allclose(load.wrench(HERE)[1], load.met(HERE)[1] + 0.1)
-    assert not LOAD.at(None, way=0.0).stiffness(HERE).any()
+    assert not LOAD.stiffness(HERE).any()
     assert Jack() == load.jack

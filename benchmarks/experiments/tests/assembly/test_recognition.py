@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from magicsim_experiments.assembly.stages import Misalignment, Spread, TrialStage, draw_misalignments
+from magicsim_experiments.assembly.stages import AssemblyConfig, Misalignment, TrialStage, draw_misalignments
 from magicsim_experiments.assembly.summary import CUES, Rate, change, recognise, unrecognised
 from magicsim_experiments.assembly.trial import Cues
 
-SPREAD = Spread()
+CONFIG = AssemblyConfig()
 
 
 def step(stage: TrialStage, ssim: float, *, force_n: float = 0.0, verdict: str = "Touched") -> Cues:
@@ -62,14 +62,14 @@ def test_interval_is_exact():
 
 
 def test_trials_are_drawn_in_turn_and_from_their_seed():
-    drawn = draw_misalignments(30, 4)
+    drawn = draw_misalignments(30, 4, CONFIG)
     assert [each.kind for each in drawn[:4]] == ["offset", "angle", "aligned", "offset"]
-    assert drawn == draw_misalignments(30, 4) != draw_misalignments(30, 5)
+    assert drawn == draw_misalignments(30, 4, CONFIG) != draw_misalignments(30, 5, CONFIG)
     for each in drawn:
         offset, angle = np.hypot(each.x_mm, each.z_mm), np.hypot(each.tilt_x_deg, each.tilt_z_deg)
-        low, high = {"offset": SPREAD.offset_mm, "angle": (0, 0), "aligned": (0, SPREAD.aligned_mm)}[each.kind]
+        low, high = {"offset": CONFIG.offset_mm, "angle": (0, 0), "aligned": (0, CONFIG.aligned_mm)}[each.kind]
         assert low - 1e-9 <= offset <= high + 1e-9
-        assert angle == 0 or SPREAD.angle_deg[0] - 1e-9 <= angle <= SPREAD.angle_deg[1] + 1e-9
+        assert angle == 0 or CONFIG.angle_deg[0] - 1e-9 <= angle <= CONFIG.angle_deg[1] + 1e-9
 
 
 def test_aligned_trial_that_lost_its_plug_early_leaves_no_threshold():
@@ -79,4 +79,4 @@ def test_aligned_trial_that_lost_its_plug_early_leaves_no_threshold():
 
 
 def test_more_trials_begin_with_the_same_misalignments():
-    assert draw_misalignments(40, 3)[:16] == draw_misalignments(16, 3)
+    assert draw_misalignments(40, 3, CONFIG)[:16] == draw_misalignments(16, 3, CONFIG)

@@ -13,11 +13,12 @@ from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.grip.load import Hold
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim_experiments.assembly import running
-from magicsim_experiments.assembly.stages import Misalignment, timeline
+from magicsim_experiments.assembly.stages import AssemblyConfig, Misalignment, timeline
 from magicsim_experiments.assembly.summary import AssemblySummary
 from magicsim_experiments.assembly.trial import Moment, Reader
 
 TEXTURE = np.random.default_rng(0).integers(90, 110, (64, 48, 3), np.uint8)
+STEPS = timeline(AssemblyConfig())
 Run = Callable[..., AssemblySummary]
 
 
@@ -37,7 +38,7 @@ class NoGripper:
 
 def made_up(_: object, __: object, misalignment: Misalignment, *, seed: int) -> tuple[Moment, ...]:
     moments, noise = [], np.random.default_rng(seed)
-    for number, step in enumerate(timeline()):
+    for number, step in enumerate(STEPS):
         image = TEXTURE + noise.integers(0, 2, TEXTURE.shape, np.uint8)
         image[: 5 * number * (1 + misalignment.is_misaligned)] = 150
         moments.append(
@@ -85,7 +86,7 @@ def test_folder_holds_the_series_its_picture_and_the_frames_of_each_trial(run: R
     assert len(list((tmp_path / "out/pictures").iterdir())) == 6
     whole = json.loads((tmp_path / "out/trials.json").read_text())
     assert len(whole["trials"]) == 6
-    assert [row["stage"] for row in whole["trials"][0]["steps"]] == [step.stage.value for step in timeline()]
+    assert [row["stage"] for row in whole["trials"][0]["steps"]] == [step.stage.value for step in STEPS]
     assert summary.recognised["ssim"].misaligned.rate == 1
     assert summary.recognised["force label"].misaligned.rate == 0  # the same in all of them
     assert summary.dropped == summary.failed == 0

@@ -1,14 +1,7 @@
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim_experiments.assembly.running import AssemblyConfig, split_settings
-from magicsim_experiments.assembly.stages import TrialStage, draw_misalignments, timeline
-from magicsim_experiments.assembly.trial import Setup
-
-
-def test_defaults_are_those_of_what_is_played():
-    assert AssemblyConfig().setup(references=30, samples=1) == Setup()
-    assert AssemblyConfig().setup(references=30, samples=1).timeline == timeline()
+from magicsim_experiments.assembly.stages import TrialStage, draw_misalignments, split_settings, timeline
 
 
 def test_settings_of_the_task_reach_jack_contact_stages_and_misalignments():
@@ -18,11 +11,10 @@ def test_settings_of_the_task_reach_jack_contact_stages_and_misalignments():
     ]  # fmt: skip
     scene, config = split_settings(settings)
     assert scene == ["rig.room='dark'"]
-    setup = config.setup(references=5, samples=2)
-    assert (setup.jack.radius_mm, setup.contact.friction, setup.references, setup.samples) == (2.8, 0.4, 5, 2)
-    pushes = {step.stage: step.push_n for step in setup.timeline}
+    assert (config.jack.radius_mm, config.contact.friction) == (2.8, 0.4)
+    pushes = {step.stage: step.push_n for step in timeline(config)}
     assert (pushes[TrialStage.FIRST], pushes[TrialStage.SECOND]) == (1, 6)
-    drawn = [each for each in draw_misalignments(60, 3, config.spread) if each.kind == "offset"]
+    drawn = [each for each in draw_misalignments(60, 3, config) if each.kind == "offset"]
     assert all(1 <= (each.x_mm**2 + each.z_mm**2) ** 0.5 <= 2 for each in drawn)
 
 

@@ -9,7 +9,7 @@ from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim_experiments.assembly.playing import play
-from magicsim_experiments.assembly.stages import Misalignment, Step, TrialStage
+from magicsim_experiments.assembly.stages import AssemblyConfig, Misalignment, Step, TrialStage
 from magicsim_experiments.assembly.trial import Setup, base_of, check_plug, take_plug
 
 SMALL = [
@@ -19,6 +19,7 @@ SMALL = [
 SPACE = Workspace(
     x_mm=(-1, 1), y_mm=(0, 4), twist_deg=(-15, 15), tilt_x_deg=(-15, 15), tilt_y_deg=(-15, 15), gap_mm=(-1.2, 12)
 )
+CONFIG = AssemblyConfig(squeeze_mm=1.2)
 SHORT = (
     Step(stage=TrialStage.GRIP, depth_mm=None),
     Step(stage=TrialStage.APPROACH, depth_mm=-0.5),
@@ -34,7 +35,7 @@ def scene() -> SceneConfig:
 
 @pytest.mark.slow
 def test_plug_meets_the_base_beside_the_jack_and_goes_in_on_its_axis(scene: SceneConfig):
-    setup = Setup(place=ObjectPlace(y_mm=3.0), timeline=SHORT, references=2, squeeze_mm=1.2)
+    setup = Setup(place=ObjectPlace(y_mm=3.0), timeline=SHORT, references=2, config=CONFIG)
     with Gripper(scene, workspace=SPACE, quality="control", sees_other=False) as gripper:
         assert not gripper.has_companion
         gripped = take_plug(gripper, check_plug(scene.object), setup)
@@ -58,7 +59,7 @@ def test_plug_meets_the_base_beside_the_jack_and_goes_in_on_its_axis(scene: Scen
 @pytest.mark.slow
 def test_each_stage_has_its_samples_and_the_base_is_where_the_contact_has_it(scene: SceneConfig):
     plug = check_plug(scene.object)
-    setup = Setup(place=ObjectPlace(y_mm=3.0), timeline=SHORT, references=2, squeeze_mm=1.2, samples=3)
+    setup = Setup(place=ObjectPlace(y_mm=3.0), timeline=SHORT, references=2, config=CONFIG, samples=3)
     with Gripper(scene, workspace=SPACE, quality="control", companion=base_of(plug, setup)) as gripper:
         gripped = take_plug(gripper, plug, setup)
         moments = play(gripper, gripped, Misalignment(kind="aligned"))

@@ -108,7 +108,7 @@ def test_data_of_another_recipe_in_the_place_of_the_studys_own_are_refused(tmp_p
     shutil.rmtree(tmp_path / "out/data/frames")
     shutil.copytree(tmp_path / "other/data/frames", tmp_path / "out/data/frames")
     with pytest.raises(
-        OutputError, match=r"data/frames' holds a dataset of another recipe \(see its config.toml"
+        OutputError, match=r"data/frames' holds a dataset of another recipe, which differs in references"
     ) as said:
         run(study, tmp_path / "out", resume=True)
     assert "\n" not in str(said.value)

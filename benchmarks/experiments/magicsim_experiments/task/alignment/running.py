@@ -1,7 +1,5 @@
 """All episodes of an alignment into one folder; a run that was stopped goes on where it was."""
 
-import importlib.metadata
-import io
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -31,7 +29,6 @@ from magicsim_experiments.task.growing import (
     RESULTS,
     Played,
     Progress,
-    Run,
     as_json,
     as_parquet,
     as_png,
@@ -83,9 +80,7 @@ def draw_errors(
     for axes, title in ((upper, "time [s]"), (lower, "true angle in the grip [degrees]")):
         axes.set_xlabel(title)
         axes.grid(visible=True, alpha=0.3)
-    file = io.BytesIO()
-    figure.savefig(file, format="png", dpi=110, metadata={"Software": None})
-    return file.getvalue()
+    return as_png(figure)
 
 
 PLOT = "error.png"
@@ -161,7 +156,8 @@ def run_alignment(
         pairs: list[tuple[Frame, Frame]] = []
         recorded, outcome = stage.play(episode, seen=lambda upper, lower, _: pairs.append((upper, lower)))
         values = {"outcome": asdict(outcome), "rows": [asdict(row) for row in recorded.rows]}
-        return Played(values=values, pictures={f"pictures/{episode:05d}.png": first_and_last(pairs)} if pairs else {})
+        ends = {f"pictures/{episode:05d}.png": as_png(np.hstack([*pairs[0], *pairs[-1]]))} if pairs else {}
+        return values, ends
 
     def concluded(played: Sequence[dict[str, Any]]) -> tuple[AlignmentSummary, dict[str, bytes]]:
         outcomes = [AlignmentOutcome(**each["outcome"]) for each in played]
@@ -175,13 +171,7 @@ def run_alignment(
             RESULTS: as_json(asdict(summary)),
         }
 
-    run = Run(
-        task="alignment", episodes=episodes, order=stage.order(episodes), resume=resume, progress=progress,
-        variant=variant, packages={name: importlib.metadata.version(name) for name in PACKAGES},
+    return grow(
+        out, stage.settings(), played, concluded, task="alignment", episodes=episodes, order=stage.order(episodes),
+        resume=resume, progress=progress, variant=variant, packages=PACKAGES,
     )  # fmt: skip
-    return grow(out, stage.settings(), run, played, concluded)
-
-
-def first_and_last(pairs: Sequence[tuple[Frame, Frame]]) -> bytes:
-    """A PNG: upper and lower finger's frame at first, and at last."""
-    return as_png([np.concatenate([*pairs[0], *pairs[-1]], axis=1)])
