@@ -6,11 +6,11 @@ python benchmarks/experiments/docs/examples/own_study.py OUT      # presses two 
 import json
 import sys
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import Literal
 
 from magicsim import load_object, press
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import Column, Figure, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.protocol import Column, Figure, Study, StudyConfig, StudyResult, Table
 from magicsim_experiments.study.running import run_study
 from magicsim_experiments.study.stages import PiecesStage, read_pieces
 from magicsim_experiments.study.study_file import load_study
@@ -32,20 +32,16 @@ def ball_force(task: tuple[BallConfig, float]) -> bytes:
     return json.dumps({"radius_mm": radius, "force_n": found.force_n[2]}).encode()
 
 
-class Balls:
+class Balls(Study):
     """The study `balls`."""
 
-    settings: ClassVar[type[StudyConfig]] = BallConfig
-    packages: ClassVar[tuple[str, ...]] = ()
+    settings = BallConfig
 
     def __init__(self, config: BallConfig) -> None:
-        """Takes the settings."""
-        self.config = config
+        """Takes the settings, and lays out a press of each ball."""
+        super().__init__(config)
         tasks = [(config, radius) for radius in config.radii_mm]
         self.presses = PiecesStage(name="presses", function=ball_force, tasks=tasks, seconds=5.0)
-
-    def refuse(self) -> None:
-        """Every design can do it."""
 
     def stages(self) -> list[PiecesStage]:
         """One stage: the presses."""

@@ -28,10 +28,10 @@ def estimate(
     its own references.
     """
     from magicsim.cli.app import lines_of
-    from magicsim_experiments.learn.settings import need_torch
+    from magicsim_experiments.learn.settings import PACKAGES, need_packages
 
     refuse_settings(settings, "estimate")
-    need_torch("estimate")
+    need_packages(PACKAGES, "estimate")
     from magicsim_experiments.learn.reading import estimate_frames
     from magicsim_experiments.learn.samples import FRAME
 

@@ -96,7 +96,7 @@ def alignment(
     if not 1 <= episodes <= MOST_EPISODES:
         raise ConfigError(f"--episodes {episodes} is not allowed: must be 1 to {MOST_EPISODES}")
     from magicsim.config.models import apply_overrides, validate
-    from magicsim_experiments.learn.settings import need_torch
+    from magicsim_experiments.learn.settings import PACKAGES, need_packages
     from magicsim_experiments.task.alignment.grip import MISSING_MODEL, AlignmentConfig
     from magicsim_experiments.task.growing import FOLDER
 
@@ -104,7 +104,7 @@ def alignment(
         raise ConfigError(MISSING_MODEL)
     asked = {"quality": quality} | ({} if seed is None else {"seed": seed})
     config = validate(AlignmentConfig, apply_overrides(asked, settings or []), source="task alignment")
-    need_torch("task alignment")
+    need_packages(PACKAGES, "task alignment")
     FOLDER.check(out, resume=resume)
     from magicsim.cli.progress import show_progress
     from magicsim_experiments.task.alignment.running import run_alignment

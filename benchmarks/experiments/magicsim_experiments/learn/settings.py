@@ -1,6 +1,7 @@
 """How models are trained: the table `[learning]` of a study's file."""
 
 import importlib.util
+from collections.abc import Iterable
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -9,13 +10,15 @@ from magicsim.config.models import Config
 from magicsim.errors import ConfigError
 
 PACKAGES = ("torch", "safetensors")
+"""Packages of the extra `learn`."""
 
 
-def need_torch(what: str) -> None:
-    """Refuses to go on without PyTorch."""
-    for name in PACKAGES:
+def need_packages(names: Iterable[str], what: str) -> None:
+    """Refuses (`ConfigError`) to go on without packages; one that no extra brings is installed by its own name."""
+    for name in names:
         if importlib.util.find_spec(name) is None:
-            raise ConfigError(f"{what} needs the package {name}: pip install 'magicsim-experiments[learn]'")
+            source = "'magicsim-experiments[learn]'" if name in PACKAGES else name
+            raise ConfigError(f"{what} needs the package {name}: pip install {source}")
 
 
 Network = Literal["small", "resnet18"]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
@@ -25,8 +25,6 @@ from magicsim_experiments.study.protocol import (
     TABLES,
     Cell,
     Column,
-    Files,
-    Matrix,
     Row,
     Stage,
     Study,
@@ -42,13 +40,9 @@ from magicsim_experiments.study.study_file import merged, named_table, study_cla
 class Within:
     """Runs a stage in a folder below the study's."""
 
+    name: str
     folder: str
     stage: Stage
-
-    @property
-    def name(self) -> str:
-        """Folder and name of the stage."""
-        return f"{self.folder}/{self.stage.name}"
 
     def core_seconds(self, processes: int) -> float:
         """Rough time on one core [s]."""
@@ -65,31 +59,11 @@ class Within:
 
     def run(self, workshop: Workshop) -> None:
         """Does what is left, in the folder below."""
-        (workshop.folder / self.folder).mkdir(exist_ok=True)
-        self.stage.run(replace(workshop, ledger=_Below(files=workshop.ledger, folder=self.folder)))
+        below = replace(workshop, below=f"{self.folder}/")
+        below.folder.mkdir(exist_ok=True)
+        self.stage.run(below)
         with suppress(OSError):  # not there, or something is in it
-            (workshop.folder / self.folder / WORK).rmdir()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Below:
-    """The files of a folder below another."""
-
-    files: Files
-    folder: str
-
-    @property
-    def out(self) -> Path:
-        """The folder below."""
-        return self.files.out / self.folder
-
-    def place(self, name: str, content: bytes) -> None:
-        """Gives a file its content."""
-        self.files.place(f"{self.folder}/{name}", content)
-
-    def remove(self, name: str) -> None:
-        """Removes a file."""
-        self.files.remove(f"{self.folder}/{name}")
+            (below.folder / WORK).rmdir()
 
 
 TAKEN = (CONFIG, DATA, ERRORS, INDEX, MODELS, PIECES, REPORT, RESULTS, TABLES)
@@ -162,15 +136,15 @@ class CompareConfig(StudyConfig):
         }  # fmt: skip
 
 
-class Compare:
+class Compare(Study):
     """The study `compare`."""
 
-    settings: ClassVar[type[StudyConfig]] = CompareConfig
-    packages: ClassVar[tuple[str, ...]] = ()
+    settings = CompareConfig
+    config: CompareConfig
 
     def __init__(self, config: CompareConfig) -> None:
         """Takes the settings, and lays out the study of each design; one that cannot do it is left out, with why."""
-        self.config = config
+        super().__init__(config)
         first = Compared(name=config.name, design=config.design, rig=config.rig)
         self._studies: dict[str, Study] = {}
         self._refused: dict[str, str] = {}
@@ -182,7 +156,7 @@ class Compare:
                 self._refused[each.name] = str(error)
                 continue
             self._studies[each.name] = study
-        self.packages = next(iter(self._studies.values())).packages if self._studies else ()  # type: ignore[misc]
+        self.packages = next(iter(self._studies.values())).packages if self._studies else ()
 
     def refuse(self) -> None:
         """Refuses designs of one name, and a comparison of which nothing is left."""
@@ -194,7 +168,11 @@ class Compare:
 
     def stages(self) -> Sequence[Stage]:
         """The stages of every design, in a folder of its own each."""
-        return [Within(folder=name, stage=stage) for name, study in self._studies.items() for stage in study.stages()]
+        return [
+            Within(name=f"{name}/{stage.name}", folder=name, stage=stage)
+            for name, study in self._studies.items()
+            for stage in study.stages()
+        ]
 
     def conclude(self, folder: Path) -> StudyResult:
         """The tables of all designs, one below the other."""
@@ -207,7 +185,9 @@ class Compare:
             headline=headline,
             tables=(headline_table(found), *(joined(found, table.name) for table in first.tables)),
             matrices=tuple(
-                renamed(matrix, name) for name, result in found.items() for matrix in result.matrices
+                replace(matrix, name=f"{matrix.name}-{name}", title=f"{name}: {matrix.title}")
+                for name, result in found.items()
+                for matrix in result.matrices
             ),
             facts={
                 f"{name}: {key.lower()}": value
@@ -234,11 +214,6 @@ def joined(found: dict[str, StudyResult], name: str) -> Table:
     first = next(iter(tables.values()))
     rows = tuple({"design": design, **row} for design, table in tables.items() for row in table.rows)
     return replace(first, columns=(Column(name="design"), *first.columns), rows=rows, shown=len(tables) * first.shown)
-
-
-def renamed(matrix: Matrix, design: str) -> Matrix:
-    """A matrix that says of which design it is."""
-    return replace(matrix, name=f"{matrix.name}-{design}", title=f"{design}: {matrix.title}")
 
 
 def _compared(each: object, first: dict[str, Any], folder: Path) -> dict[str, Any]:

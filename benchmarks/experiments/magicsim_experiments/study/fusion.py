@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -18,7 +18,7 @@ from magicsim.errors import ConfigError
 from magicsim.judge.curves import roc_curve
 from magicsim.scenes.scene import SceneConfig
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import Cell, Column, Figure, Row, Stage, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.protocol import Column, Figure, Row, Study, StudyConfig, StudyResult, Table
 from magicsim_experiments.study.stages import PiecesStage, read_pieces, read_refusals
 
 NEAR_MM, PRESSED_MM = (0.3, 3.0), (0.3, 1.2)
@@ -71,15 +71,14 @@ class FusionTask:
     repeat: int
 
 
-class Fusion:
+class Fusion(Study):
     """The study `fusion`."""
 
-    settings: ClassVar[type[StudyConfig]] = FusionConfig
-    packages: ClassVar[tuple[str, ...]] = ()
+    settings = FusionConfig
+    config: FusionConfig
 
     def __init__(self, config: FusionConfig) -> None:
-        """Takes the settings."""
-        self.config = config
+        super().__init__(config)
         tasks = [
             FusionTask(config=config, light=light, repeat=k) for light in config.lights for k in range(config.repeats)
         ]
@@ -93,7 +92,7 @@ class Fusion:
         for light in self.config.lights:
             episode_scene(FusionTask(config=self.config, light=light, repeat=0))
 
-    def stages(self) -> Sequence[Stage]:
+    def stages(self) -> Sequence[PiecesStage]:
         """One stage: the episodes."""
         return [self._episodes]
 
@@ -101,20 +100,15 @@ class Fusion:
         """Alarms and separation by light, N and M; means over episodes with their standard errors."""
         found = [json.loads(each) for each in read_pieces(folder, self._episodes) if each is not None]
         lost = read_refusals(folder, self._episodes)
-        rows = [row for part in found for row in part]
-        table = tuple(_means(rows))
-        figures = [
-            _figure(table, "late_alarms", "false alarms, late"),
-            _figure(table, "approach_area", "approach told from late rest"),
-        ]
+        table = tuple(_means([row for part in found for row in part]))
         published = [row for row in table if (row["n"], row["m"]) == (30, 3)]
-        headline: dict[str, Cell] = {}
-        for row in published:
-            headline |= {f"{row['light']}.{name}": row[name] for name in ("late_alarms", "approach_area", "touch_area")}
         return StudyResult(
-            headline=headline,
+            headline={f"{row['light']}.{name}": row[name] for row in published for name in WITH_ERRORS},
             tables=(Table(name="fusion", title="What N and M give", columns=COLUMNS, rows=table, shown=200),),
-            figures=tuple(figures),
+            figures=(
+                _figure(table, "late_alarms", "false alarms, late"),
+                _figure(table, "approach_area", "approach told from late rest"),
+            ),
             facts={"Episodes": str(len(found)), "Profile": self.config.profile},
             notes=(*NOTES, *(f"Episode {number} has no frames: {why}." for number, why in lost.items())),
         )
@@ -129,9 +123,8 @@ COLUMNS = (
     Column(name="approach_area_se", title="standard error"), Column(name="touch_area", title="area, touch"),
     Column(name="touch_area_se", title="standard error"),
 )  # fmt: skip
-MEASURES = (
-    "rest_entropy", "late_entropy", "near_entropy", "early_alarms", "late_alarms", "approach_area", "touch_area",
-)  # fmt: skip
+WITH_ERRORS = ("late_alarms", "approach_area", "touch_area")
+MEASURES = ("rest_entropy", "late_entropy", "near_entropy", "early_alarms", *WITH_ERRORS)
 
 
 def episode_scene(task: FusionTask) -> SceneConfig:
@@ -183,11 +176,13 @@ def fused_episode(task: FusionTask) -> bytes:
         elif place >= start:
             (pressed if frame.truth.contact else near).append(frame.image)
     profile = load_profile(task.config.profile)
-    pairs = [(n, m) for n in task.config.references for m in task.config.backgrounds if m <= n]
-    rows = []
-    for n, m in pairs:
-        found = judged(references[-n:], early, late, near, pressed, profile, n=n, m=m)
-        rows.append({"light": task.light.name, "n": n, "m": m} | found)
+    rows = [
+        {"light": task.light.name, "n": n, "m": m}
+        | judged(references[-n:], early, late, near, pressed, profile, n=n, m=m)
+        for n in task.config.references
+        for m in task.config.backgrounds
+        if m <= n
+    ]
     return (json.dumps(rows, indent=1) + "\n").encode()
 
 
@@ -199,20 +194,15 @@ def judged(
     chosen = replace(profile, reference_count=n, background_count=m)
     known = fuse(references, chosen)
     rest, wait, approach, touch = (detect_all(frames, known, chosen) for frames in (early, late, near, pressed))
-    entropy = {name: np.array([each.entropy for each in part]) for name, part in
-               (("rest", rest), ("late", wait), ("near", approach))}  # fmt: skip
+    at_rest, later, nearer = (np.array([each.entropy for each in part]) for part in (rest, wait, approach))
     similar = [1 - each.similarity for each in (*touch, *wait)]
     return {
-        "rest_entropy": float(entropy["rest"].mean()),
-        "late_entropy": float(entropy["late"].mean()),
-        "near_entropy": float(entropy["near"].mean()),
-        "early_alarms": float(np.mean(entropy["rest"] >= profile.tau_e)),
-        "late_alarms": float(np.mean(entropy["late"] >= profile.tau_e)),
-        "approach_area": roc_curve(
-            np.concatenate([entropy["near"], entropy["late"]]), [True] * len(approach) + [False] * len(wait)
-        ).area,
+        "rest_entropy": float(at_rest.mean()), "late_entropy": float(later.mean()),
+        "near_entropy": float(nearer.mean()), "early_alarms": float(np.mean(at_rest >= profile.tau_e)),
+        "late_alarms": float(np.mean(later >= profile.tau_e)),
+        "approach_area": roc_curve([*nearer, *later], [True] * len(nearer) + [False] * len(later)).area,
         "touch_area": roc_curve(similar, [True] * len(touch) + [False] * len(wait)).area,
-    }
+    }  # fmt: skip
 
 
 def _means(rows: Sequence[dict[str, Any]]) -> Iterable[Row]:
@@ -220,15 +210,13 @@ def _means(rows: Sequence[dict[str, Any]]) -> Iterable[Row]:
     keys = list(dict.fromkeys((row["light"], row["n"], row["m"]) for row in rows))
     for light, n, m in keys:
         own = [row for row in rows if (row["light"], row["n"], row["m"]) == (light, n, m)]
-        means: dict[str, Cell] = {name: float(np.mean([row[name] for row in own])) for name in MEASURES}
-        spread = {
-            name: float(np.std([row[name] for row in own], ddof=1)) if len(own) > 1 else None for name in MEASURES
+        values = {name: [row[name] for row in own] for name in MEASURES}
+        means = {name: float(np.mean(each)) for name, each in values.items()}
+        errors = {
+            f"{name}_se": float(np.std(values[name], ddof=1)) / float(np.sqrt(len(own))) if len(own) > 1 else None
+            for name in WITH_ERRORS
         }
-        means |= {
-            f"{name}_se": None if (sd := spread[name]) is None else sd / float(np.sqrt(len(own)))
-            for name in ("late_alarms", "approach_area", "touch_area")
-        }
-        yield {"light": light, "n": n, "m": m, "episodes": len(own), **means}
+        yield {"light": light, "n": n, "m": m, "episodes": len(own), **means, **errors}
 
 
 def _figure(table: Sequence[Row], measure: str, title: str) -> Figure:

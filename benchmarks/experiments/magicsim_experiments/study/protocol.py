@@ -1,7 +1,7 @@
 """What a study is: stages that leave files in a folder, and a result that is made of those files."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Protocol
@@ -12,6 +12,7 @@ from pydantic import Field
 
 from magicsim.config.models import Config
 from magicsim.config.named_files import config_digest
+from magicsim.folder.ledger import Ledger
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import Seed
@@ -39,10 +40,17 @@ class Column:
     digits: int = 3
     """Decimals on the page; files have all of them."""
 
-    @property
-    def about(self) -> dict[str, str]:
-        """What a file says of it."""
-        return {name: value for name, value in (("title", self.title), ("unit", self.unit)) if value}
+
+UNITS = {"mm": "mm", "deg": "degrees", "n": "N", "nmm": "N mm", "mpa": "MPa", "px": "px"}
+"""Ends of columns' names that are units, as files and pages write them."""
+
+
+def columns_of(names: Iterable[str], titles: Mapping[str, str], *, digits: int = 3) -> tuple[Column, ...]:
+    """Columns whose units are the ends of their names; titles by name, of those that have one."""
+    return tuple(
+        Column(name=name, title=titles.get(name, ""), unit=UNITS.get(name.rpartition("_")[2], ""), digits=digits)
+        for name in names
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,8 +153,7 @@ class StudyConfig(Config):
 
     def config_hash(self) -> str:
         """SHA-256 of everything that the result depends on, the content of files that are named included."""
-        data = self.model_dump(mode="json", exclude={"timeout_s"})
-        return config_digest(data)
+        return config_digest(self.model_dump(mode="json", exclude={"timeout_s"}))
 
 
 INDEX, RESULTS, REPORT = "study.json", "results.json", "report.html"
@@ -166,35 +173,31 @@ FOLDER = RunFolder(
 )  # fmt: skip
 
 
-class Files(Protocol):
-    """Writes files of a folder, each whole or not there; `magicsim.folder.ledger.Ledger` is one."""
-
-    @property
-    def out(self) -> Path:
-        """The folder."""
-
-    def place(self, name: str, content: bytes) -> None:
-        """Gives a file its content under its name below the folder."""
-
-    def remove(self, name: str) -> None:
-        """Removes a file; one that is not there is no error."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Workshop:
     """Where a stage works."""
 
-    ledger: Files
-    """Writes the folder's files; the stage's own names begin with its name."""
+    ledger: Ledger
+    """Knows the study's files."""
     options: WorkerOptions
     """Where and how to compute; changes no result."""
     tell: Callable[[float, str], None]
     """Takes the share of the stage that is done, 0 to 1, and a note."""
+    below: str = ""
+    """Name of the folder below the study's in which the stage works, with a slash at its end; empty for the study's."""
 
     @property
     def folder(self) -> Path:
-        """Folder of the study."""
-        return self.ledger.out
+        """Folder in which the stage works."""
+        return self.ledger.out / self.below
+
+    def place(self, name: str, content: bytes) -> None:
+        """Gives a file of that folder its content; the stage's own names begin with its name."""
+        self.ledger.place(self.below + name, content)
+
+    def remove(self, name: str) -> None:
+        """Removes a file of that folder; one that is not there is no error."""
+        self.ledger.remove(self.below + name)
 
 
 class Stage(Protocol):
@@ -217,20 +220,17 @@ class Stage(Protocol):
         """Does what is left."""
 
 
-class Study(Protocol):
+class Study:
     """One kind of study, with its settings."""
 
     settings: ClassVar[type[StudyConfig]]
     """Model of its file."""
-    packages: ClassVar[tuple[str, ...]]
+    packages: tuple[str, ...] = ()
     """Packages beyond those of the program whose versions its results depend on."""
 
     def __init__(self, config: StudyConfig) -> None:
         """Takes the settings, an instance of `settings`."""
-
-    @property
-    def config(self) -> StudyConfig:
-        """The settings."""
+        self.config = config
 
     def refuse(self) -> None:
         """Refuses what cannot be done, before any work.
@@ -241,6 +241,8 @@ class Study(Protocol):
 
     def stages(self) -> Sequence[Stage]:
         """The work, in order."""
+        raise NotImplementedError
 
     def conclude(self, folder: Path) -> StudyResult:
         """The result, from what the stages left in a folder; nothing is computed here that takes long."""
+        raise NotImplementedError

@@ -111,10 +111,10 @@ def result_dict(study: Study, found: StudyResult) -> dict[str, Any]:
 
 def table_parquet(table: Table) -> bytes:
     """A table as a Parquet file, title and unit of every column in its metadata."""
-    fields = [
-        pa.field(each.name, _kind(row.get(each.name) for row in table.rows), metadata=each.about or None)
-        for each in table.columns
-    ]
+    fields = []
+    for each in table.columns:
+        about = {name: value for name, value in (("title", each.title), ("unit", each.unit)) if value}
+        fields.append(pa.field(each.name, _kind(row.get(each.name) for row in table.rows), metadata=about or None))
     rows = [{each.name: row.get(each.name) for each in table.columns} for row in table.rows]
     return parquet_bytes(pa.Table.from_pylist(rows, schema=pa.schema(fields)))
 
@@ -205,11 +205,16 @@ def run_study(
             announce(left)
         FOLDER.write_config(ledger, study.config)
         FOLDER.write_index(ledger, index)
-        meter = _Meter(progress=progress, total=max(sum(each.core_seconds for each in left), 1e-9))
+        total, done = max(sum(each.core_seconds for each in left), 1e-9), 0.0
         for stage, cost in zip(stages, left, strict=True):
+
+            def tell(share: float, note: str, done: float = done, seconds: float = cost.core_seconds) -> None:
+                if progress is not None:
+                    progress(done + seconds * min(max(share, 0.0), 1.0), total, note)
+
             if not stage.is_done(out):
-                stage.run(Workshop(ledger=ledger, options=options, tell=meter.of(cost.core_seconds)))
-            meter.end(cost.core_seconds)
+                stage.run(Workshop(ledger=ledger, options=options, tell=tell))
+            done += cost.core_seconds
         found = study.conclude(out)
         write_result(ledger, study, found)
         files = {name: ledger.listed(name).sha256 for name in ledger.names() if name != INDEX}
@@ -219,25 +224,3 @@ def run_study(
         study=study.config.kind, headline=dict(found.headline), seconds=round(time.perf_counter() - start, 3),
         report=str(out / REPORT), out=str(out),
     )  # fmt: skip
-
-
-@dataclass(slots=True, kw_only=True)
-class _Meter:
-    """How far all stages are, in estimated core seconds."""
-
-    progress: Progress | None
-    total: float
-    done: float = 0.0
-
-    def of(self, seconds: float) -> Callable[[float, str], None]:
-        """What a stage of so many seconds reports to."""
-
-        def tell(share: float, note: str) -> None:
-            if self.progress is not None:
-                self.progress(self.done + seconds * min(max(share, 0.0), 1.0), self.total, note)
-
-        return tell
-
-    def end(self, seconds: float) -> None:
-        """Counts a stage as done."""
-        self.done += seconds

@@ -2,9 +2,9 @@
 
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import WORK
 from magicsim.folder.target import LOCK
-from magicsim.workers.attempt import FailureKind, Outcome, Prepare, bound_threads
+from magicsim.workers.attempt import FailureKind, Outcome, bound_threads
 from magicsim.workers.run_folder import log_failures
 from magicsim.workers.tasks import run_tasks
 from magicsim_experiments.learn.fitting import (
@@ -46,8 +46,6 @@ class PiecesStage:
     seconds: float
     """Rough time of a piece on one core [s]."""
     suffix: str = ".json"
-    prepare: Prepare | None = bound_threads
-    """Called once in each process with its number of threads."""
 
     def core_seconds(self, processes: int) -> float:
         """Rough time on one core [s]."""
@@ -66,16 +64,16 @@ class PiecesStage:
         left = [number for number in range(len(self.tasks)) if self._is_open(workshop.folder, number)]
         lost = []
         tasks = ((number, self.tasks[number]) for number in left)
-        with closing(run_tasks(self.function, tasks, workshop.options, prepare=self.prepare)) as outcomes:
+        with closing(run_tasks(self.function, tasks, workshop.options, prepare=bound_threads)) as outcomes:
             outcome: Outcome[bytes]
             for done, outcome in enumerate(outcomes if left else (), len(self.tasks) - len(left) + 1):
                 log_failures(workshop.folder, self.name, outcome.key, outcome.failures)
                 last = outcome.failures[-1] if outcome.failures else None
                 if outcome.result is not None:
-                    workshop.ledger.place(self._file(outcome.key), outcome.result)
+                    workshop.place(self._file(outcome.key), outcome.result)
                 elif last is not None and last.kind is FailureKind.REFUSED:
                     content = json.dumps({"message": last.message}, indent=1) + "\n"
-                    workshop.ledger.place(_refusal(self.name, outcome.key), content.encode())
+                    workshop.place(_refusal(self.name, outcome.key), content.encode())
                 else:
                     lost.append(last.message if last is not None else "no result")
                 workshop.tell(done / len(self.tasks), f"{self.name}: {done} of {len(self.tasks)}")
@@ -119,17 +117,13 @@ class DatasetStage:
     simulator: Simulator | None = None
     """What makes rows, where it is not the simulation."""
 
-    def folder(self, study: Path) -> Path:
-        """Folder of the dataset below that of a study."""
-        return dataset_folder(study, self.name)
-
     def core_seconds(self, processes: int) -> float:
         """Rough time on one core [s]."""
         return estimate(self.recipe, draw_episodes(self.recipe), processes=processes).core_seconds
 
     def is_done(self, folder: Path) -> bool:
         """Whether the dataset is whole and of this recipe; episodes without a valid answer do not count."""
-        manifest = read_manifest(self.folder(folder))
+        manifest = read_manifest(dataset_folder(folder, self.name))
         return (
             manifest is not None
             and manifest.is_complete
@@ -140,9 +134,7 @@ class DatasetStage:
 
     def owns(self, name: str) -> bool:
         """Whether a file is in the dataset's folder, or its lock."""
-        place = f"{DATA}/{self.name}"
-        path = Path(place)
-        return name.startswith(f"{place}/") or name == (path.parent / f".{path.name}.{LOCK}").as_posix()
+        return name.startswith(f"{DATA}/{self.name}/") or name == f"{DATA}/.{self.name}.{LOCK}"
 
     def run(self, workshop: Workshop) -> None:
         """Simulates what is left.
@@ -151,7 +143,7 @@ class DatasetStage:
             OutputError: The folder holds a dataset of another recipe, no episode has rows, or some failed for a reason
                 that may pass.
         """
-        start = time.monotonic()
+        start, folder = time.monotonic(), dataset_folder(workshop.folder, self.name)
 
         def tell(standing: Standing) -> None:
             failed = f", {standing.failed} failed" if standing.failed else ""
@@ -159,10 +151,9 @@ class DatasetStage:
             workshop.tell(standing.done / standing.total, f"{self.name}: {rate:.2f} frames/s{failed}")
 
         found = generate_dataset(
-            self.recipe, self.folder(workshop.folder), options=workshop.options, resume=True,
-            simulator=self.simulator, progress=tell,
-        )  # fmt: skip
-        manifest = read_manifest(self.folder(workshop.folder))
+            self.recipe, folder, options=workshop.options, resume=True, simulator=self.simulator, progress=tell
+        )
+        manifest = read_manifest(folder)
         lost = _lost(manifest) if manifest is not None else []
         if lost:
             msg = f"{len(lost)} episodes of '{self.name}' have no frames ({lost[0].message}); --resume tries them again"
@@ -204,8 +195,8 @@ class LearningStage:
     """How many frames there are, about."""
     study: str
     seed: int
-    also: tuple[tuple[str, str, bool], ...] = ()
-    """Further datasets to answer on: a name, the dataset's stage, and whether its presses are those of the training."""
+    also: Mapping[str, bool] = field(default_factory=dict)
+    """Further datasets to answer on: names of their stages, and whether their presses are those of the training."""
     start: tuple[str, str] | None = None
     """Stage and fit whose model every fit begins with, instead of random weights."""
     stretch_s: float = 60.0
@@ -248,29 +239,28 @@ class LearningStage:
 
     def _take(self, workshop: Workshop, fit: Fit, found: FitOutcome) -> None:
         if found.checkpoint is not None:
-            workshop.ledger.place(self._checkpoint(fit), found.checkpoint)
+            workshop.place(self._checkpoint(fit), found.checkpoint)
             return
         place = f"{MODELS}/{self.name}/{fit.name}"
         for name in sorted(found.files, key=lambda each: each == ANSWERS):
             # The answers come last: they say that the fit is whole.
-            workshop.ledger.place(f"{place}/{name}", found.files[name])
-        workshop.ledger.remove(self._checkpoint(fit))
+            workshop.place(f"{place}/{name}", found.files[name])
+        workshop.remove(self._checkpoint(fit))
 
     def _task(self, folder: Path, number: int) -> FitTask:
         fit = self.fits[number]
         checkpoint = folder / self._checkpoint(fit)
-        task = FitTask(
+        start = None if self.start is None else (folder / MODELS / "/".join(self.start) / MODEL).read_bytes()
+        return FitTask(
             fit=fit, settings=self.settings, read=self.read, folder=dataset_folder(folder, self.dataset).resolve(),
             frame_size=(self.recipe.rig.camera.rows, self.recipe.rig.camera.columns),
             recipe_hash=self.recipe.config_hash(), study=self.study, seed=self.seed, seconds=self.stretch_s,
             also=tuple(
-                Also(name=name, folder=dataset_folder(folder, stage).resolve(), same_presses=same)
-                for name, stage, same in self.also
+                Also(name=name, folder=dataset_folder(folder, name).resolve(), same_presses=same)
+                for name, same in self.also.items()
             ),
+            checkpoint=checkpoint.read_bytes() if checkpoint.is_file() else None, start=start,
         )  # fmt: skip
-        if self.start is not None:
-            task = replace(task, start=(folder / MODELS / self.start[0] / self.start[1] / MODEL).read_bytes())
-        return replace(task, checkpoint=checkpoint.read_bytes() if checkpoint.is_file() else None)
 
     def _checkpoint(self, fit: Fit) -> str:
         return f"{WORK}/{self.name.replace('/', '-')}-{fit.name}.checkpoint"

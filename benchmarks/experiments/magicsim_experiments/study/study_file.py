@@ -2,7 +2,6 @@
 
 import importlib
 import importlib.metadata
-import importlib.util
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Union, cast
@@ -13,7 +12,8 @@ from magicsim.config.models import apply_overrides, in_place, validate
 from magicsim.config.named_files import read_with_paths
 from magicsim.config.presets import find_preset, preset_names
 from magicsim.errors import ConfigError, unknown_choice
-from magicsim_experiments.study.protocol import Study, StudyConfig
+from magicsim_experiments.learn.settings import need_packages
+from magicsim_experiments.study.protocol import Study
 
 BY_NAME = ("design", "rig", "recipe", "study", "moulded_design")
 """Keys that may give the name of a file instead of its content."""
@@ -23,7 +23,7 @@ FROM_ELSEWHERE = {"design", "rig", "moulded_design"}
 
 def study_schema() -> dict[str, Any]:
     """Any kind of study; what a file may leave out or name, unlike the whole study, is so here."""
-    models = tuple(settings_of(kind) for kind in KINDS)
+    models = tuple(study_class(kind).settings for kind in KINDS)
     union: Any = Union[models]  # noqa: UP007 - of a list
     schema: dict[str, Any] = TypeAdapter(union).json_schema()
     settings = {model.__name__ for model in models}
@@ -58,8 +58,6 @@ KINDS: dict[str, str] = {
     "wear": "magicsim_experiments.study.learned.wear:Wear",
 }
 """Kind of a study, as its file names it, and `module:class` of what does it."""
-EXTRAS = {"torch": "learn", "safetensors": "learn"}
-"""Package that a study may need, and the extra that brings it."""
 
 
 def study_class(kind: str, kinds: Mapping[str, str] | None = None) -> type[Study]:
@@ -72,28 +70,14 @@ def study_class(kind: str, kinds: Mapping[str, str] | None = None) -> type[Study
     kinds = KINDS if kinds is None else kinds
     if kind not in kinds:
         raise ConfigError(unknown_choice("kind of study", kind, kinds))
-    return _loaded(kinds[kind])
-
-
-def settings_of(kind: str) -> type[StudyConfig]:
-    """Model of the files of a kind of study, a key of `KINDS`."""
-    return _loaded(KINDS[kind]).settings
+    module, _, name = kinds[kind].partition(":")
+    return cast("type[Study]", getattr(importlib.import_module(module), name))
 
 
 def package_versions(study: Study) -> dict[str, str]:
     """Versions of the packages that a study needs beside those of the program."""
-    for package in study.packages:
-        if importlib.util.find_spec(package) is None:
-            extra = EXTRAS.get(package, package)
-            raise ConfigError(
-                f"study '{study.config.kind}' needs the package {package}: pip install 'magicsim-experiments[{extra}]'"
-            )
+    need_packages(study.packages, f"study '{study.config.kind}'")
     return {name: importlib.metadata.version(name) for name in study.packages}
-
-
-def _loaded(home: str) -> type[Study]:
-    module, _, name = home.partition(":")
-    return cast("type[Study]", getattr(importlib.import_module(module), name))
 
 
 DESIGN, RIG = "mini-magictac", "digit-office"

@@ -2,14 +2,14 @@
 
 import json
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
 
 from magicsim.errors import ConfigError, ConvergenceError
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import Column, Figure, Matrix, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.protocol import Column, Figure, Matrix, Study, StudyConfig, StudyResult, Table
 from magicsim_experiments.study.stages import PiecesStage, read_pieces, read_refusals
 
 KINDS = {"beam": f"{__name__}:Beam"}
@@ -36,16 +36,15 @@ def deflection(task: tuple[float, float]) -> bytes:
     return json.dumps({"mm": force * 1000.0 / (3 * height**4 / 12)}).encode()
 
 
-class Beam:
+class Beam(Study):
     """The study."""
 
-    settings: ClassVar[type[StudyConfig]] = BeamConfig
-    packages: ClassVar[tuple[str, ...]] = ()
+    settings = BeamConfig
 
     def __init__(self, config: BeamConfig) -> None:
-        self.config = config
+        super().__init__(config)
         tasks = [(force, config.design.height_mm) for force in config.forces_n]
-        self.stage = PiecesStage(name="tips", function=deflection, tasks=tasks, seconds=0.5, prepare=None)
+        self.stage = PiecesStage(name="tips", function=deflection, tasks=tasks, seconds=0.5)
 
     def refuse(self) -> None:
         if not self.config.design.has_grid:

@@ -14,10 +14,10 @@ from magicsim_experiments.learn.fitting import Fit
 from magicsim_experiments.learn.samples import Chosen, EpisodeRows, Label, Samples, read_samples
 from magicsim_experiments.learn.settings import LearningSettings
 from magicsim_experiments.study.learned.answers import read_answers
-from magicsim_experiments.study.learned.data import LearnedConfig
+from magicsim_experiments.study.learned.data import LearnedConfig, further_seed
 from magicsim_experiments.study.learned.learned_study import LearnedStudy, answer_figures, compared_table, curve_figures
 from magicsim_experiments.study.learned.localisation import touched_frames
-from magicsim_experiments.study.protocol import Stage, StudyConfig, StudyResult
+from magicsim_experiments.study.protocol import Stage, StudyResult
 from magicsim_experiments.study.stages import DatasetStage
 
 LABELS = (
@@ -27,8 +27,6 @@ LABELS = (
 )  # fmt: skip
 UNITS, PEN = "other-units", "pen"
 """Names of the further datasets."""
-UNIT_SEED = 1_000_003
-"""Added to the seed, for units and presses that the first data know nothing of."""
 NOTES = (
     "P is the middle of the cylinder (x, y) and its depth (z); r_z the angle of its axis to the sensor's y. The "
     "cylinder is longer than the face, so that its place along its axis shows little.",
@@ -65,7 +63,7 @@ def read_cylinders(folder: Path, settings: LearningSettings) -> Samples:
 class Alignment(LearnedStudy):
     """The study `alignment`."""
 
-    settings: ClassVar[type[StudyConfig]] = AlignmentConfig
+    settings = AlignmentConfig
     read = read_cylinders
     counted = touched_frames
     knows_objects: ClassVar[bool] = True
@@ -77,14 +75,10 @@ class Alignment(LearnedStudy):
         first = self.data[0].recipe
         self._units = DatasetStage(name=UNITS, recipe=self._other_units(first))
         self._pen = [DatasetStage(name=PEN, recipe=self._pens(first))] if config.pen_episodes else []
-        also = (*self.learning.also, *((stage.name, stage.name, False) for stage in (self._units, *self._pen)))
-        self.learning = replace(self.learning, also=also)
-        frames = self._units.recipe.episodes * touched_frames(self._units.recipe.paths)
-        self._tuning = replace(
-            self.learning, name="fine-tuning", dataset=UNITS, recipe=self._units.recipe, settings=config.fine_tuning,
-            frames=frames, also=(), start=(self.learning.name, "press-0"),
-            fits=(Fit(name="press-0", network=config.learning.networks[0], fold=0, folds=2),),
-        )  # fmt: skip
+        further = (each.name for each in (self._units, *self._pen))
+        self.learning = replace(self.learning, also={**self.learning.also, **dict.fromkeys(further, False)})
+        fit = Fit(name="press-0", network=config.learning.networks[0], fold=0, folds=2)
+        self._tuning = self.tuned(self._units, config.fine_tuning, fit)
 
     def stages(self) -> Sequence[Stage]:
         """All data, the models, and the fine-tuned one."""
@@ -111,8 +105,8 @@ class Alignment(LearnedStudy):
         )  # fmt: skip
 
     def _other_units(self, first: Recipe) -> Recipe:
-        each, seed = self.config.unit_episodes, (first.seed + UNIT_SEED) % 2**31
-        changes = {"seed": seed, "episodes": each * self.config.units, "episodes_per_sensor": each}
+        each, episodes = self.config.unit_episodes, self.config.unit_episodes * self.config.units
+        changes = {"seed": further_seed(first.seed), "episodes": episodes, "episodes_per_sensor": each}
         return first.model_copy(update=changes)
 
     def _pens(self, first: Recipe) -> Recipe:

@@ -33,6 +33,10 @@ class Answers:
         """Answers of a method, or `truth`; shape (n,)."""
         return np.asarray(self.table[f"{method}.{label}"].to_numpy(), np.float64)
 
+    def missed(self, method: str, label: str) -> Array:
+        """Absolute errors of a method, NaN where there is no label; shape (n,)."""
+        return np.abs(self.of(method, label) - self.of("truth", label))
+
     def column(self, name: str) -> Index:
         """`press`, `unit`, `group` or `train_frames`; shape (n,)."""
         return np.asarray(self.table[name].to_numpy())
@@ -68,7 +72,7 @@ def fits_of(stage: LearningStage, prefix: str) -> list[Fit]:
 
 def checked_parts(folder: Path, stage: LearningStage, seen: Answers) -> dict[str, Answers | None]:
     """Answers on the presses that were rendered again, as they are and in each further rendering, by its name."""
-    further = {name: read_answers(folder, stage, "press", f"answers-{name}.parquet") for name, _, _ in stage.also}
+    further = {name: read_answers(folder, stage, "press", f"answers-{name}.parquet") for name in stage.also}
     presses = [each.column("press") for each in further.values() if each is not None]
     if not presses:
         return {}
@@ -79,27 +83,8 @@ LEAST_POINTS = 2
 """Points that a power law goes through."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CurvePoint:
-    """Errors of frames that were answered after training on so many."""
-
-    train_frames: float
-    errors: Array
-    """Absolute errors, shape (n,); NaN where there is no label."""
-    press: Index
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Promise:
-    """An extrapolated error, with what it may be for other presses."""
-
-    train_frames: float
-    value: float
-    low: float
-    """Ends of the 95 % percentile interval, presses drawn again with replacement, the same ones at every point."""
-    high: float
-    exponent: float
-    """Power with which the error falls; below 0 where it rises."""
+CurvePoint = tuple[float, Array, Index]
+"""Training frames, absolute errors of frames that were answered after them (NaN without a label), and their presses."""
 
 
 def fit_power_law(train_frames: Array, errors: Array) -> tuple[Array, Array]:
@@ -118,21 +103,23 @@ def fit_power_law(train_frames: Array, errors: Array) -> tuple[Array, Array]:
     return np.exp(y.mean(-1) + exponent * x.mean()), exponent
 
 
-def promise(points: Sequence[CurvePoint], train_frames: Sequence[float], *, seed: int) -> list[Promise]:
+def promise(points: Sequence[CurvePoint], train_frames: Sequence[float], *, seed: int) -> list[dict[str, float]]:
     """Errors after training on more frames, as the curve's power law has them.
 
     Returns:
-        Nothing where fewer than two points differ in their frames, or an error is 0.
+        Rows of `train_frames`, `error`, `low` and `high` (ends of the 95 % percentile interval, presses drawn again
+        with replacement, the same ones at every point), and `exponent`, below 0 where the error rises. Nothing where
+        fewer than two points differ in their frames, or an error is 0.
     """
-    frames = np.array([point.train_frames for point in points])
+    frames = np.array([count for count, _, _ in points])
     if len(np.unique(frames)) < LEAST_POINTS:
         return []
-    presses = np.unique(np.concatenate([point.press for point in points]))
+    presses = np.unique(np.concatenate([press for _, _, press in points]))
     sums, counts = np.zeros((2, len(points), len(presses)))
-    for place, point in enumerate(points):
-        there = np.isfinite(point.errors)
-        member = np.searchsorted(presses, point.press[there])
-        sums[place] = np.bincount(member, point.errors[there], minlength=len(presses))
+    for place, (_, errors, press) in enumerate(points):
+        there = np.isfinite(errors)
+        member = np.searchsorted(presses, press[there])
+        sums[place] = np.bincount(member, errors[there], minlength=len(presses))
         counts[place] = np.bincount(member, minlength=len(presses))
     random = np.random.default_rng([seed, len(presses)])
     weights = random.multinomial(len(presses), np.full(len(presses), 1 / len(presses)), size=RESAMPLES)
@@ -140,17 +127,13 @@ def promise(points: Sequence[CurvePoint], train_frames: Sequence[float], *, seed
     has_errors = (drawn_sums > 0).all(1)
     if not (sums.sum(1) > 0).all() or not has_errors.any():
         return []
-    drawn = drawn_sums[has_errors] / drawn_counts[has_errors]
     factor, exponent = fit_power_law(frames, sums.sum(1) / counts.sum(1))
-    factors, exponents = fit_power_law(frames, drawn)
+    factors, exponents = fit_power_law(frames, drawn_sums[has_errors] / drawn_counts[has_errors])
     found = []
     for count in train_frames:
         low, high = ends(factors * count**-exponents)
-        found.append(
-            Promise(
-                train_frames=count, value=float(factor * count**-exponent), low=low, high=high, exponent=float(exponent)
-            )
-        )
+        error = float(factor * count**-exponent)
+        found.append({"train_frames": count, "error": error, "low": low, "high": high, "exponent": float(exponent)})
     return found
 
 
@@ -176,23 +159,14 @@ def curve_answers(folder: Path, stage: LearningStage) -> list[tuple[float, Answe
 def beyond_rows(folder: Path, stage: LearningStage, labels: Sequence[Label], *, seed: int) -> list[Row]:
     """Extrapolated errors by label; none where the curve has one point alone."""
     points = curve_answers(folder, stage)
+    most = max((frames for frames, _ in points), default=0.0)
     rows: list[Row] = []
     for label in labels:
-        curve = [
-            CurvePoint(
-                train_frames=frames, errors=np.abs(found.of("model", label.name) - found.of("truth", label.name)),
-                press=found.column("press"),
-            )
-            for frames, found in points
-        ]  # fmt: skip
-        most = max((frames for frames, _ in points), default=0.0)
+        curve = [(frames, found.missed("model", label.name), found.column("press")) for frames, found in points]
+        promised = promise(curve, [factor * most for factor in FACTORS], seed=seed)
         rows += [
-            {
-                "label": label.name, "train_frames": each.train_frames, "unit": label.unit, "error": each.value,
-                "low": each.low, "high": each.high, "exponent": each.exponent,
-            }
-            for each in promise(curve, [factor * most for factor in FACTORS], seed=seed)
-        ]  # fmt: skip
+            {"label": label.name, "train_frames": each["train_frames"], "unit": label.unit, **each} for each in promised
+        ]
     return rows
 
 

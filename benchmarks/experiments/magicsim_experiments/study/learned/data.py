@@ -84,6 +84,11 @@ class LearnedConfig(StudyConfig):
         return found
 
 
+def further_seed(seed: int, number: int = 1) -> int:
+    """Seed of a further dataset, counted from 1, for units and presses that the first ones know nothing of."""
+    return (seed + number * 1_000_003) % 2**31
+
+
 FRAMES = "frames"
 """Name of the stage of the data."""
 QUIET, FINE = "without-noise", "finer-rendering"
@@ -94,13 +99,13 @@ FINER = 4
 """Factor on samples and particles of the finer rendering, with another seed of its noise."""
 
 
-def data_stages(config: LearnedConfig, labels: dict[str, bool]) -> list[DatasetStage]:
+def data_stages(config: LearnedConfig, *, masks: bool = False) -> list[DatasetStage]:
     """The data, and the first episodes again without noise and with finer rendering.
 
     Args:
-        labels: Large labels that it needs; all others are left out.
+        masks: Whether contact masks are needed; all other large labels are left out.
     """
-    large = {"contact_mask": False, "depth_map": False, "displacements": False} | labels
+    large = {"contact_mask": masks, "depth_map": False, "displacements": False}
     recipe = config.dataset_recipe(labels=large)
     stages = [DatasetStage(name=FRAMES, recipe=recipe)]
     if config.check_episodes:
@@ -110,20 +115,15 @@ def data_stages(config: LearnedConfig, labels: dict[str, bool]) -> list[DatasetS
             "samples": FINER * render.samples, "particles": FINER * render.particles,
             "anchor_samples": 2 * render.anchor_samples, "anchor_seed": render.anchor_seed + 1,
         }  # fmt: skip
-        quiet = recipe.camera.model_dump(exclude_none=True) | {
-            name: _fixed(value, drawn=isinstance(getattr(recipe.camera, name), Distribution))
-            for name, value in NO_NOISE.items()
-        }
+        quiet = recipe.camera.model_dump(exclude_none=True)
+        for name, value in NO_NOISE.items():
+            drawn = isinstance(getattr(recipe.camera, name), Distribution)
+            quiet[name] = {"low": value, "high": value} if drawn else value  # drawn still, so that others stay
         stages += [
             DatasetStage(name=QUIET, recipe=config.dataset_recipe(labels=large, episodes=count, camera=quiet)),
             DatasetStage(name=FINE, recipe=config.dataset_recipe(labels=large, episodes=count, render=finer)),
         ]
     return stages
-
-
-def _fixed(value: float, *, drawn: bool) -> float | dict[str, float]:
-    """A number in the place of a drawn one: still drawn, so that all others stay what they were."""
-    return {"low": value, "high": value} if drawn else value
 
 
 def planned_fits(settings: LearningSettings, *, units: int, objects: int = 0) -> tuple[Fit, ...]:
@@ -169,17 +169,12 @@ def learning_stage(
         objects: Number of objects that are kept apart, see `count_objects`; 0 for none.
     """
     recipe = stages[0].recipe
+    units = -(-recipe.episodes // recipe.episodes_per_sensor)
     return LearningStage(
-        name=name, fits=planned_fits(config.learning, units=count_units(recipe), objects=objects),
-        dataset=stages[0].name,
+        name=name, fits=planned_fits(config.learning, units=units, objects=objects), dataset=stages[0].name,
         recipe=recipe, read=read, settings=config.learning, frames=recipe.episodes * frames_per_episode,
-        study=config.kind, seed=config.seed, also=tuple((stage.name, stage.name, True) for stage in stages[1:]),
+        study=config.kind, seed=config.seed, also={stage.name: True for stage in stages[1:]},
     )  # fmt: skip
-
-
-def count_units(recipe: Recipe) -> int:
-    """Printed sensors that a recipe's episodes are on."""
-    return -(-recipe.episodes // recipe.episodes_per_sensor)
 
 
 def count_objects(recipe: Recipe) -> int:

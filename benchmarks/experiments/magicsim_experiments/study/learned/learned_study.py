@@ -12,9 +12,9 @@ import numpy as np
 
 from magicsim.dataset.recipes.entries import PathRecipe
 from magicsim_experiments.learn.baselines import Score, mean_score
-from magicsim_experiments.learn.fitting import ANSWERS, METHODS, Read
+from magicsim_experiments.learn.fitting import ANSWERS, Fit, Read
 from magicsim_experiments.learn.samples import Label
-from magicsim_experiments.learn.settings import PACKAGES
+from magicsim_experiments.learn.settings import PACKAGES, LearningSettings
 from magicsim_experiments.study.learned.answers import (
     Answers,
     answers_on_presses,
@@ -32,8 +32,8 @@ from magicsim_experiments.study.learned.data import (
     refuse_few,
 )
 from magicsim_experiments.study.plots import Series, plot_answers, plot_series
-from magicsim_experiments.study.protocol import Cell, Column, Figure, Row, Stage, StudyConfig, Table, column_of
-from magicsim_experiments.study.stages import LearningStage
+from magicsim_experiments.study.protocol import Cell, Column, Figure, Row, Stage, Study, StudyConfig, Table, column_of
+from magicsim_experiments.study.stages import DatasetStage, LearningStage
 
 ERROR_COLUMNS = (
     Column(name="error", title="mean absolute error", digits=4),
@@ -48,8 +48,7 @@ SAID = {
 
 def absolute_error(found: Answers, method: str, label: Label, *, seed: int) -> Score:
     """Mean absolute error of a method, over frames that have the label."""
-    missed = np.abs(found.of(method, label.name) - found.of("truth", label.name))
-    return mean_score(missed, found.column("press"), seed=seed)
+    return mean_score(found.missed(method, label.name), found.column("press"), seed=seed)
 
 
 def error_row(first: Mapping[str, Cell], label: Label, score: Score) -> Row:
@@ -63,18 +62,16 @@ def error_row(first: Mapping[str, Cell], label: Label, score: Score) -> Row:
 def methods_table(folder: Path, stage: LearningStage, labels: Sequence[Label], *, seed: int) -> Table:
     """Errors of the networks on unseen presses, beside the baselines."""
     first, *others = stage.settings.networks
-    rows: list[Row] = []
-    for label in labels:
-        found = read_answers(folder, stage, "press")
-        if found is None:
-            continue
-        for method in METHODS:
-            name = first if method == "model" else SAID[method]
-            rows.append(error_row({"answer": name}, label, absolute_error(found, method, label, seed=seed)))
-            for other in others if method == "model" else ():
-                more = read_answers(folder, stage, other)
-                if more is not None:
-                    rows.append(error_row({"answer": other}, label, absolute_error(more, "model", label, seed=seed)))
+    seen = answers_on_presses(folder, stage)
+    answered: list[tuple[str, Answers | None, str]] = [(first, seen, "model")]
+    answered += [(other, read_answers(folder, stage, other), "model") for other in others]
+    answered += [(said, seen, method) for method, said in SAID.items()]
+    rows = [
+        error_row({"answer": name}, label, absolute_error(found, method, label, seed=seed))
+        for label in labels
+        for name, found, method in answered
+        if found is not None
+    ]
     columns = (Column(name="label"), Column(name="answer"), Column(name="unit"), *ERROR_COLUMNS)
     return Table(name="errors", title="Errors on unseen presses", columns=columns, rows=tuple(rows))
 
@@ -155,24 +152,25 @@ def error_series(name: str, rows: Sequence[Row], x: str, y: str = "error") -> Se
     return Series(name=name, x=values[x], y=values[y], low=values["low"], high=values["high"])
 
 
-class LearnedStudy:
+class LearnedStudy(Study):
     """A study of one dataset and its models; a kind says what is learned, and what is made of the answers."""
 
     settings: ClassVar[type[StudyConfig]] = LearnedConfig
-    packages: ClassVar[tuple[str, ...]] = PACKAGES
+    config: LearnedConfig
+    packages = PACKAGES
     read: ClassVar[Read]
     """Makes samples of a dataset; importable by name."""
     counted: ClassVar[Callable[[Sequence[PathRecipe]], int]]
     """Most frames of an episode on such paths that count."""
-    large: ClassVar[dict[str, bool]] = {}
-    """Large labels of the data that are needed."""
+    needs_masks: ClassVar[bool] = False
+    """Whether contact masks are needed."""
     knows_objects: ClassVar[bool] = False
     """Whether models are also tested on objects that they have not learned from."""
 
     def __init__(self, config: LearnedConfig) -> None:
         """Takes the settings, and lays out data and models."""
-        self.config = config
-        self.data = data_stages(config, self.large)
+        super().__init__(config)
+        self.data = data_stages(config, masks=self.needs_masks)
         recipe, kind = self.data[0].recipe, type(self)
         objects = count_objects(recipe) if self.knows_objects else 0
         frames = kind.counted(recipe.paths)
@@ -185,6 +183,14 @@ class LearnedStudy:
     def stages(self) -> Sequence[Stage]:
         """Data and models."""
         return [*self.data, self.learning]
+
+    def tuned(self, data: DatasetStage, settings: LearningSettings, *fits: Fit) -> LearningStage:
+        """The first model, trained further on other data."""
+        frames = data.recipe.episodes * type(self).counted(data.recipe.paths)
+        return replace(
+            self.learning, name="fine-tuning", dataset=data.name, recipe=data.recipe, settings=settings, frames=frames,
+            also={}, start=(self.learning.name, self.learning.fits[0].name), fits=fits,
+        )  # fmt: skip
 
     def seen(self, folder: Path) -> Answers:
         """Answers on unseen presses."""

@@ -14,7 +14,7 @@ from magicsim_experiments.learn.samples import Chosen, EpisodeRows, Label, Sampl
 from magicsim_experiments.learn.settings import LearningSettings
 from magicsim_experiments.study.learned.data import LearnedConfig
 from magicsim_experiments.study.learned.learned_study import LearnedStudy, answer_figures, compared_table, curve_figures
-from magicsim_experiments.study.protocol import StudyConfig, StudyResult
+from magicsim_experiments.study.protocol import StudyResult
 
 LABELS = (
     Label(name="p_x", unit="mm"), Label(name="p_y", unit="mm"), Label(name="p_z", unit="mm"),
@@ -62,10 +62,10 @@ def read_touches(folder: Path, settings: LearningSettings) -> Samples:
 class Localisation(LearnedStudy):
     """The study `localisation`."""
 
-    settings: ClassVar[type[StudyConfig]] = LocalisationConfig
+    settings = LocalisationConfig
     read = read_touches
     counted = touched_frames
-    large: ClassVar[dict[str, bool]] = {"contact_mask": True}
+    needs_masks: ClassVar[bool] = True
 
     def refuse(self) -> None:
         """Refuses a recipe without presses or with too few."""

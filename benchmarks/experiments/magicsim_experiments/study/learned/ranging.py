@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -26,7 +26,7 @@ from magicsim_experiments.study.learned.learned_study import (
     error_series,
 )
 from magicsim_experiments.study.plots import plot_series
-from magicsim_experiments.study.protocol import Column, Figure, Matrix, Row, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.protocol import Column, Figure, Matrix, Row, StudyResult, Table
 
 THERE = Label(name="there", kind="flag")
 NUMBERS = (Label(name="x", unit="mm"), Label(name="y", unit="mm"), Label(name="gap", unit="mm"))
@@ -68,7 +68,7 @@ def read_approaches(folder: Path, settings: LearningSettings) -> Samples:
 class Ranging(LearnedStudy):
     """The study `ranging`."""
 
-    settings: ClassVar[type[StudyConfig]] = RangingConfig
+    settings = RangingConfig
     read = read_approaches
     counted = near_frames
 

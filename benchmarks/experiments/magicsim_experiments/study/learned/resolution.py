@@ -4,11 +4,12 @@ import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
 
+from magicsim.arrays import Array
 from magicsim.errors import ConfigError
 from magicsim_experiments.learn.baselines import change_features, mean_score
 from magicsim_experiments.learn.samples import Chosen, EpisodeRows, Label, Samples, read_samples
@@ -24,7 +25,7 @@ from magicsim_experiments.study.learned.answers import (
 from magicsim_experiments.study.learned.data import LearnedConfig, data_stages, learning_stage, refuse_few, share_name
 from magicsim_experiments.study.learned.learned_study import SAID, error_series
 from magicsim_experiments.study.plots import plot_series
-from magicsim_experiments.study.protocol import Column, Figure, Matrix, Row, Stage, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.protocol import Column, Figure, Matrix, Row, Stage, Study, StudyResult, Table
 from magicsim_experiments.study.stages import DatasetStage, LearningStage
 
 TOLERANCES_MM = (0.05, 0.10, 0.15, 0.20, 0.25, 0.30, 0.40, 0.50)
@@ -63,15 +64,16 @@ class ResolutionConfig(LearnedConfig):
     """Side of the pressed plates [mm]."""
 
 
-class Resolution:
+class Resolution(Study):
     """The study `resolution`."""
 
-    settings: ClassVar[type[StudyConfig]] = ResolutionConfig
-    packages: ClassVar[tuple[str, ...]] = PACKAGES
+    settings = ResolutionConfig
+    config: ResolutionConfig
+    packages = PACKAGES
 
     def __init__(self, config: ResolutionConfig) -> None:
         """Takes the settings, and lays out data and models of each texture."""
-        self.config = config
+        super().__init__(config)
         self._parts = {texture: _part(config, texture) for texture in config.textures}
 
     def refuse(self) -> None:
@@ -111,7 +113,7 @@ class Resolution:
             matrices.append(size_matrix(texture, seen, label))
             exact = right_within(seen, "model", TOLERANCES_MM[1])
             headline[f"{texture}_right_within_0.1_mm"] = float(exact.mean())
-            headline[f"{texture}_error_mm"] = float(missed(seen, "model").mean())
+            headline[f"{texture}_error_mm"] = float(seen.missed("model", "size").mean())
             frames[texture.capitalize()] = f"{len(seen)} touched frames of {len(label.choices)} sizes"
         shares = Table(
             name="shares", title="Right answers by tolerance", columns=SHARE_COLUMNS, rows=tuple(rows), shown=200
@@ -155,14 +157,9 @@ def read_textures(folder: Path, settings: LearningSettings) -> Samples:
     return replace(found, labels=(label,))
 
 
-def missed(found: Answers, method: str) -> Any:  # noqa: ANN401 - an array
-    """Absolute differences of answered sizes, shape (n,) [mm]."""
-    return np.abs(found.of(method, "size") - found.of("truth", "size"))
-
-
-def right_within(found: Answers, method: str, tolerance_mm: float) -> Any:  # noqa: ANN401 - an array
+def right_within(found: Answers, method: str, tolerance_mm: float) -> Array:
     """Which answers are right within a tolerance, shape (n,), 0 or 1."""
-    return (missed(found, method) <= tolerance_mm + ALIKE_MM).astype(float)
+    return (found.missed(method, "size") <= tolerance_mm + ALIKE_MM).astype(float)
 
 
 def share_rows(texture: str, seen: Answers, *, seed: int) -> list[Row]:
@@ -183,7 +180,7 @@ def checked_rows(texture: str, parts: dict[str, Answers | None], *, seed: int) -
     rows: list[Row] = []
     for name, part in parts.items():
         if part is not None and len(part):
-            score = mean_score(missed(part, "model"), part.column("press"), seed=seed)
+            score = mean_score(part.missed("model", "size"), part.column("press"), seed=seed)
             right = float(right_within(part, "model", TOLERANCES_MM[1]).mean())
             rows.append({
                 "texture": texture, "frames_of": name, "error_mm": score.value, "low": score.low, "high": score.high,
@@ -221,9 +218,7 @@ def size_matrix(texture: str, seen: Answers, label: Label) -> Matrix:
 
 def _part(config: ResolutionConfig, texture: Texture) -> tuple[list[DatasetStage], LearningStage]:
     own = config.model_copy(update={"recipe": config.recipe | {"objects": texture_objects(config, texture)}})
-    data = [
-        DatasetStage(name=f"{texture}-{stage.name}", recipe=stage.recipe) for stage in data_stages(own, {})
-    ]  # fmt: skip
+    data = [DatasetStage(name=f"{texture}-{stage.name}", recipe=stage.recipe) for stage in data_stages(own)]
     learning = learning_stage(own, data, read_textures, frames_per_episode=1, name=f"learning-{texture}")
     return data, learning
 

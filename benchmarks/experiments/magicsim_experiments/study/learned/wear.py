@@ -23,7 +23,7 @@ from magicsim_experiments.study.learned.learned_study import (
 from magicsim_experiments.study.learned.localisation import LABELS, read_touches, touched_frames
 from magicsim_experiments.study.learned.wear_settings import WearConfig
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import Cell, Column, Figure, Row, Stage, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.protocol import Cell, Column, Figure, Row, Stage, StudyResult, Table
 from magicsim_experiments.study.stages import DatasetStage
 
 OTHER = "other-unit"
@@ -47,52 +47,47 @@ NOTES = (
 class Wear(LearnedStudy):
     """The study `wear`."""
 
-    settings: ClassVar[type[StudyConfig]] = WearConfig
+    settings = WearConfig
     read = read_touches
     counted = touched_frames
-    large: ClassVar[dict[str, bool]] = {"contact_mask": True}
+    needs_masks: ClassVar[bool] = True
     config: WearConfig
 
     def __init__(self, config: WearConfig) -> None:
         """Takes the settings, and lays out the life of one unit, each drift alone, and a second unit."""
         super().__init__(config)
-        large = {"contact_mask": True, "depth_map": False, "displacements": False}
-        count = config.parts
+        labels, count = self.data[0].recipe.labels, config.parts
         self._life = {
-            (k + 1) / count: DatasetStage(
-                name=f"life-{k + 1:02d}",
+            k / count: DatasetStage(
+                name=f"life-{k:02d}",
                 recipe=config.worn_recipe(
-                    config.drifts, (k + 1) / count, number=k + 1, episodes=config.part_episodes, labels=large
+                    config.drifts, k / count, number=k, episodes=config.part_episodes, labels=labels
                 ),
             )
-            for k in range(count)
-        }
+            for k in range(1, count + 1)
+        }  # fmt: skip
         self._alone = {
             drift.name: DatasetStage(
                 name=f"drift-{drift.name}",
                 recipe=config.worn_recipe(
-                    (drift,), 1.0, number=count + 1, episodes=config.drift_episodes, labels=large
+                    (drift,), 1.0, number=count + 1, episodes=config.drift_episodes, labels=labels
                 ),
             )
             for drift in config.drifts
         }  # fmt: skip
-        second = config.second_recipe(episodes=config.other_episodes, labels=large)
+        second = config.unit_recipe(1, count + 2, episodes=config.other_episodes, labels=labels)
         self._other = DatasetStage(name=OTHER, recipe=second)
-        further = [*self._life.values(), *self._alone.values(), self._other]
-        also = (*self.learning.also, *((stage.name, stage.name, False) for stage in further))
-        self.learning = replace(self.learning, also=also)
+        further = (each.name for each in (*self._life.values(), *self._alone.values(), self._other))
+        self.learning = replace(self.learning, also={**self.learning.also, **dict.fromkeys(further, False)})
         first = self.learning.fits[0]
         self._plain = replace(
             self.learning, name="learning-frame", fits=(first,),
             settings=config.learning.model_copy(update={"input": "frame"}),
         )  # fmt: skip
-        self._tuning = replace(
-            self.learning, name="fine-tuning", dataset=OTHER, recipe=second, settings=config.fine_tuning,
-            frames=second.episodes * touched_frames(second.paths), also=(), start=(self.learning.name, first.name),
-            fits=tuple(
-                Fit(name=f"{share_name(share)}-0", network=first.network, fold=0, folds=2, share=share)
-                for share in sorted(config.tuned_shares)
-            ),
+        self._tuning = self.tuned(
+            self._other, config.fine_tuning,
+            *(Fit(name=f"{share_name(share)}-0", network=first.network, fold=0, folds=2, share=share)
+              for share in sorted(config.tuned_shares)),
         )  # fmt: skip
 
     def refuse(self) -> None:
@@ -197,26 +192,21 @@ def _life_figures(rows: Sequence[Row]) -> Iterator[Figure]:
             error_series(f"read {read}", [row for row in own if row["read"] == read], "wear")
             for read in dict.fromkeys(str(row["read"]) for row in own)
         ]
-        series.append(
-            Series(name="constant answer", x=[], y=[float(str(own[0]["constant"]))], is_level=True)
-        )  # fmt: skip
-        title = f"error of {label.name} [{label.unit}]"
-        svg = plot_series(
-            series, x_title="share of its life", y_title=title, name=f"life-{label.name.replace('_', '-')}",
-            label=f"{title} along the life of a sensor",
-        )  # fmt: skip
-        yield Figure(name=f"life-{label.name}", title=f"Self-test: {title}", svg=svg)
+        series.append(Series(name="constant answer", x=[], y=[float(str(own[0]["constant"]))], is_level=True))
+        yield _figure("life", "Self-test", label, series, "share of its life", "along the life of a sensor")
 
 
 def _cross_figures(rows: Sequence[Row]) -> Iterator[Figure]:
     for label in _plotted(rows):
-        own = [row for row in rows if row["label"] == label.name]
-        title = f"error of {label.name} [{label.unit}]"
-        svg = plot_series(
-            [error_series("second unit", own, "tuned_frames")], x_title="frames of it learned from", y_title=title,
-            name=f"cross-{label.name.replace('_', '-')}", label=f"{title} against frames of the second unit",
-        )  # fmt: skip
-        yield Figure(name=f"cross-{label.name}", title=f"Cross-test: {title}", svg=svg)
+        series = [error_series("second unit", [row for row in rows if row["label"] == label.name], "tuned_frames")]
+        x_title = "frames of it learned from"
+        yield _figure("cross", "Cross-test", label, series, x_title, "against frames of the second unit")
+
+
+def _figure(kind: str, test: str, label: Label, series: Sequence[Series], x_title: str, against: str) -> Figure:
+    title, name = f"error of {label.name} [{label.unit}]", f"{kind}-{label.name.replace('_', '-')}"
+    svg = plot_series(series, x_title=x_title, y_title=title, name=name, label=f"{title} {against}")
+    return Figure(name=f"{kind}-{label.name}", title=f"{test}: {title}", svg=svg)
 
 
 def _plotted(rows: Sequence[Row]) -> list[Label]:

@@ -12,7 +12,7 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
 from magicsim_experiments.learn.settings import LearningSettings
-from magicsim_experiments.study.learned.data import LearnedConfig, Share
+from magicsim_experiments.study.learned.data import LearnedConfig, Share, further_seed
 
 Factor = Annotated[float, Field(gt=0, le=100)]
 Reflectance = Annotated[float, Field(ge=0, le=1)]
@@ -89,8 +89,6 @@ def _change(data: dict[str, Any], drift: str, name: str, *, factor: float, added
 
 
 Some = Annotated[int, Field(ge=1, le=100_000)]
-UNIT_SEED = 1_000_003
-"""Added to the seed once for each further dataset, for presses that the first ones know nothing of."""
 
 
 class WearConfig(LearnedConfig):
@@ -116,12 +114,14 @@ class WearConfig(LearnedConfig):
 
     def dataset_recipe(self, **changes: Any) -> Recipe:  # noqa: ANN401 - values of a recipe
         """The recipe on the first unit, as it was printed; see `LearnedConfig.dataset_recipe`."""
-        return self.unit_recipe(0, **changes)
+        return self.unit_recipe(0, 0, **changes)
 
-    def unit_recipe(self, unit: int, **changes: Any) -> Recipe:  # noqa: ANN401 - values of a recipe
-        """The recipe on one printed unit, its tolerances drawn and put in place.
+    def unit_recipe(self, unit: int, number: int, **changes: Any) -> Recipe:  # noqa: ANN401 - values of a recipe
+        """The recipe on one printed unit when new, its tolerances drawn and put in place, with contacts of its own.
 
         Args:
+            unit: From 0.
+            number: Of the dataset: 0 is the first, then parts of the life, single drifts, the second unit.
             **changes: Keys of the recipe that replace those of the file.
         """
         recipe = super().dataset_recipe(**changes)
@@ -131,27 +131,11 @@ class WearConfig(LearnedConfig):
         printed = draw_sensors(recipe, unit + 1)[unit]
         return recipe.model_copy(update={
             "design": printed.design, "rig": printed.rig, "tolerances": Tolerances(), "rooms": (),
-            "episodes_per_sensor": recipe.episodes,
+            "episodes_per_sensor": recipe.episodes, "seed": further_seed(self.seed, number),
         })  # fmt: skip
 
-    def worn_recipe(
-        self, drifts: tuple[Drift, ...], share: float, *, number: int, episodes: int, **changes: Any  # noqa: ANN401
-    ) -> Recipe:  # fmt: skip
-        """The recipe on the first unit, worn, with contacts of its own.
-
-        Args:
-            share: How far, 0 is new and 1 the end of its life.
-            number: Of the dataset, from 1.
-        """
-        recipe = self.unit_recipe(0, episodes=episodes, **changes)
+    def worn_recipe(self, drifts: tuple[Drift, ...], share: float, *, number: int, **changes: Any) -> Recipe:  # noqa: ANN401
+        """The recipe on the first unit, worn: `share` of the way from new (0) to the end of its life (1)."""
+        recipe = self.unit_recipe(0, number, **changes)
         design, rig = worn(recipe.design, recipe.rig, drifts, share, seed=self.seed)
-        return recipe.model_copy(update={"design": design, "rig": rig, "seed": self.further_seed(number)})
-
-    def second_recipe(self, *, episodes: int, **changes: Any) -> Recipe:  # noqa: ANN401 - values of a recipe
-        """The recipe on a second printed unit when new, with contacts of its own."""
-        recipe = self.unit_recipe(1, episodes=episodes, **changes)
-        return recipe.model_copy(update={"seed": self.further_seed(self.parts + 2)})
-
-    def further_seed(self, number: int) -> int:
-        """Seed of a further dataset, counted from 1: parts of the life, then single drifts, then the second unit."""
-        return (self.seed + number * UNIT_SEED) % 2**31
+        return recipe.model_copy(update={"design": design, "rig": rig})

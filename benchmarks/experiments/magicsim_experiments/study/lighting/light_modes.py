@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -16,6 +16,7 @@ from magicsim.scenes.rig import DARK, Radiance, Rig
 from magicsim.scenes.scene import RenderSettings, SceneConfig
 from magicsim_experiments.study.lighting.color_measures import (
     CHANNELS,
+    SIDES,
     around,
     brightening,
     disparity,
@@ -24,13 +25,13 @@ from magicsim_experiments.study.lighting.color_measures import (
 )
 from magicsim_experiments.study.lighting.wall_modes import refuse_unlike, wall_modes
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import Cell, Column, Figure, Row, Stage, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.protocol import Cell, Column, Figure, Row, Study, StudyConfig, StudyResult, Table
 from magicsim_experiments.study.stages import PiecesStage, read_pieces, read_refusals
 
 DRAWS = 10
 """Draws of paths, whose spread is the standard error."""
 KINDS = ("refraction alone", "external reflection", "internal reflection", "both reflections")
-LEGS = {"whole": "from light to camera", "last": "from the last scattering to the camera"}
+LEGS = ("from light to camera", "from the last scattering to the camera")
 EVENTS = ("external_reflections", "internal_reflections", "refractions", "scatterings", "outer_reflections")
 FRAMES = ("rest", "light", "heavy")
 NOTES = (
@@ -87,13 +88,6 @@ class ModesTask:
     seed: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TouchTask:
-    """Nothing, a light and a heavy touch in one light."""
-
-    scene: SceneConfig
-
-
 def followed(task: ModesTask) -> bytes:
     """Radiance by light and kinds of ways, and mean events, as JSON."""
     found = wall_modes(task.design, task.rig, paths=task.paths, seed=task.seed)
@@ -103,14 +97,14 @@ def followed(task: ModesTask) -> bytes:
     return (json.dumps(values) + "\n").encode()
 
 
-def touched(task: TouchTask) -> bytes:
-    """Measures of the three frames, as JSON."""
+def touched(scene: SceneConfig) -> bytes:
+    """Measures of the frames of nothing, a light and a heavy touch, as JSON."""
     from magicsim.simulation.plan import plan_scene
     from magicsim.simulation.sensor import Sensor
     from magicsim.simulation.stream import stream_frames
 
-    sensor = Sensor.for_scene(task.scene)
-    frames = [each for each in stream_frames(sensor, plan_scene(task.scene)) if not each.truth.is_reference]
+    sensor = Sensor.for_scene(scene)
+    frames = [each for each in stream_frames(sensor, plan_scene(scene)) if not each.truth.is_reference]
     images, mask = [each.image for each in frames], frames[-1].contact_mask
     assert mask is not None
     where = around(mask)
@@ -121,31 +115,28 @@ def touched(task: TouchTask) -> bytes:
     return (json.dumps(values) + "\n").encode()
 
 
-class LightModes:
+class LightModes(Study):
     """The study `light-modes`."""
 
-    settings: ClassVar[type[StudyConfig]] = LightModesConfig
-    packages: ClassVar[tuple[str, ...]] = ()
+    settings = LightModesConfig
+    config: LightModesConfig
 
     def __init__(self, config: LightModesConfig) -> None:
-        """Takes the settings."""
-        self.config = config
+        super().__init__(config)
         seeds = np.random.SeedSequence([config.seed, 10]).generate_state(DRAWS) >> 1
+        paths = -(-config.paths // DRAWS)
         modes = [
-            ModesTask(
-                design=_with_ior(config.design, ior), rig=config.rig, paths=-(-config.paths // DRAWS), seed=int(seed)
-            )
+            ModesTask(design=_with_ior(config.design, ior), rig=config.rig, paths=paths, seed=int(seed))
             for ior in config.infill_iors
             for seed in seeds
         ]
-        self._modes = PiecesStage(
-            name="ways", function=followed, tasks=modes, seconds=1.0 + 5e-6 * config.paths / DRAWS
-        )  # fmt: skip
+        seconds = 1.0 + 5e-6 * config.paths / DRAWS
+        self._modes = PiecesStage(name="ways", function=followed, tasks=modes, seconds=seconds)
         self._lit = [(name, room) for name in config.rigs for room in (DARK, config.room)]
         camera = config.rig.camera
         pixels = camera.rows * camera.columns * config.camera_scale**2
         self._touches = PiecesStage(
-            name="touches", function=touched, tasks=[TouchTask(scene=self._scene(*each)) for each in self._lit],
+            name="touches", function=touched, tasks=[self._scene(*each) for each in self._lit],
             seconds=20.0 + pixels * (config.render.anchor_samples + 8 * config.render.samples) * 4e-6,
         )  # fmt: skip
 
@@ -153,7 +144,7 @@ class LightModes:
         """Refuses what the paths cannot be followed in, before any work."""
         refuse_unlike(self.config.design, self.config.rig)
 
-    def stages(self) -> Sequence[Stage]:
+    def stages(self) -> Sequence[PiecesStage]:
         """Ways through the print, then touches under lights."""
         return [self._modes, self._touches]
 
@@ -161,21 +152,25 @@ class LightModes:
         """Shares of radiance by kind of way, and the trends that were published, measured."""
         found = [json.loads(each) for each in read_pieces(folder, self._modes) if each is not None]
         lost = read_refusals(folder, self._modes) | read_refusals(folder, self._touches)
-        groups = {
-            ior: found[k * DRAWS : (k + 1) * DRAWS] for k, ior in enumerate(self.config.infill_iors)
-        }  # fmt: skip
+        groups = {ior: found[k * DRAWS : (k + 1) * DRAWS] for k, ior in enumerate(self.config.infill_iors)}
         modes = tuple(row for ior, group in groups.items() for row in mode_rows(ior, group))
         events = tuple(row for ior, group in groups.items() for row in event_rows(ior, group))
         touches = [None if each is None else json.loads(each) for each in read_pieces(folder, self._touches)]
         seen = [(*lit, each) for lit, each in zip(self._lit, touches, strict=True) if each is not None]
         infill = self.config.design.materials.infill
         headline: dict[str, Cell] = {
-            f"{'' if row['part'] == LEGS['whole'] else 'last leg, '}{row['kind']}": row["share"]
+            f"{'' if row['part'] == LEGS[0] else 'last leg, '}{row['kind']}": row["share"]
             for row in modes
             if infill is not None and row["infill_ior"] == infill.ior
         }
-        colors = tuple(_color_rows(seen))
-        sides = tuple(_side_rows(seen))
+        colors: list[Row] = []
+        sides: list[Row] = []
+        for rig, room, each in seen:
+            uneven = {f"uneven_{name}": value for name, value in zip(CHANNELS, each["unevenness"], strict=True)}
+            apart = {f"disparity_{name}": value for name, value in zip(FRAMES, each["disparity"], strict=True)}
+            colors.append({"rig": rig, "room": room, **uneven, **apart, "brighter": each["brighter"]})
+            for channel, change in each["change"].items():
+                sides.append({"rig": rig, "room": room, "channel": channel, **change})
         return StudyResult(
             headline=headline,
             tables=(
@@ -189,12 +184,12 @@ class LightModes:
                              *(Column(name=name, digits=2) for name in EVENTS)),
                     rows=events,
                 ),
-                Table(name="colors", title="Colours at rest and touched", columns=COLOR_COLUMNS, rows=colors),
+                Table(name="colors", title="Colours at rest and touched", columns=COLOR_COLUMNS, rows=tuple(colors)),
                 Table(
                     name="sides", title="Change around a heavy touch by side",
                     columns=(Column(name="rig"), Column(name="room"), Column(name="channel"),
-                             *(Column(name=side, unit="grey levels", digits=1) for side in ("-x", "+x", "-y", "+y"))),
-                    rows=sides,
+                             *(Column(name=side, unit="grey levels", digits=1) for side in SIDES)),
+                    rows=tuple(sides),
                 ),
             ),
             figures=(_figure(modes),) if len(self.config.infill_iors) > 1 else (),
@@ -236,13 +231,9 @@ COLOR_COLUMNS = (
 
 
 def mode_rows(ior: float, draws: Sequence[dict[str, Any]]) -> Iterator[Row]:
-    """Shares of the strips' radiance, mean over channels and each channel's, with standard errors over draws.
-
-    Args:
-        draws: What `followed` gave.
-    """
+    """Shares of the strips' radiance, mean over channels and each channel's, with standard errors over `followed`."""
     radiance = np.array([np.array(each["radiance"])[:-1].sum(0) for each in draws])  # the room is the last light
-    for place, title in enumerate(LEGS.values()):
+    for place, title in enumerate(LEGS):
         kinds = radiance.sum(2 - place)  # draws, kinds, channels
         of_all = kinds.sum(2) / kinds.sum((1, 2))[:, None]
         channels = kinds.sum(0) / np.maximum(kinds.sum((0, 1)), 1e-300)
@@ -256,11 +247,7 @@ def mode_rows(ior: float, draws: Sequence[dict[str, Any]]) -> Iterator[Row]:
 
 
 def event_rows(ior: float, draws: Sequence[dict[str, Any]]) -> Iterator[Row]:
-    """Mean events on a way, a row a light; lights that send nothing are left out.
-
-    Args:
-        draws: What `followed` gave.
-    """
+    """Mean events on a way from draws of `followed`, a row a light; lights that send nothing are left out."""
     lit = np.sum([np.sum(each["radiance"], axis=(1, 2, 3)) for each in draws], axis=0)
     events = np.mean([each["events"] for each in draws], axis=0)
     for number, light in enumerate(draws[0]["lights"]):
@@ -270,7 +257,7 @@ def event_rows(ior: float, draws: Sequence[dict[str, Any]]) -> Iterator[Row]:
 
 def _figure(modes: Sequence[Row]) -> Figure:
     """Shares on the whole way against the index of the infill."""
-    own = [row for row in modes if row["part"] == LEGS["whole"]]
+    own = [row for row in modes if row["part"] == LEGS[0]]
     series = [
         Series(
             name=kind, x=[float(str(row["infill_ior"])) for row in own if row["kind"] == kind],
@@ -283,19 +270,6 @@ def _figure(modes: Sequence[Row]) -> Figure:
         label="Share of radiance by what turned it at walls, against the index of the infill",
     )  # fmt: skip
     return Figure(name="ways", title="What walls turn, by the index of the infill", svg=svg)
-
-
-def _color_rows(seen: Sequence[tuple[str, str, dict[str, Any]]]) -> Iterator[Row]:
-    for rig, room, each in seen:
-        uneven = {f"uneven_{name}": value for name, value in zip(CHANNELS, each["unevenness"], strict=True)}
-        apart = {f"disparity_{name}": value for name, value in zip(FRAMES, each["disparity"], strict=True)}
-        yield {"rig": rig, "room": room, **uneven, **apart, "brighter": each["brighter"]}
-
-
-def _side_rows(seen: Sequence[tuple[str, str, dict[str, Any]]]) -> Iterator[Row]:
-    for rig, room, each in seen:
-        for channel, sides in each["change"].items():
-            yield {"rig": rig, "room": room, "channel": channel, **sides}
 
 
 def _with_ior(design: ElastomerDesign, ior: float) -> ElastomerDesign:

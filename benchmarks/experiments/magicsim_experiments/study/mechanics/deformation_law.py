@@ -3,7 +3,7 @@
 import io
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -27,7 +27,16 @@ from magicsim_experiments.study.mechanics.law_scene import (
     turn_deg,
 )
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import Cell, Column, Figure, Row, Stage, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.protocol import (
+    Cell,
+    Figure,
+    Row,
+    Study,
+    StudyConfig,
+    StudyResult,
+    Table,
+    columns_of,
+)
 from magicsim_experiments.study.stages import PiecesStage, read_pieces, read_refusals
 
 Fields = Mapping[str, npt.NDArray[Any]]
@@ -72,15 +81,14 @@ class DeformationLawConfig(StudyConfig):
     render: RenderSettings = RenderSettings()
 
 
-class DeformationLaw:
+class DeformationLaw(Study):
     """The study `deformation-law`."""
 
-    settings: ClassVar[type[StudyConfig]] = DeformationLawConfig
-    packages: ClassVar[tuple[str, ...]] = ()
+    settings = DeformationLawConfig
+    config: DeformationLawConfig
 
     def __init__(self, config: DeformationLawConfig) -> None:
-        """Takes the settings."""
-        self.config = config
+        super().__init__(config)
         camera = config.rig.camera
         size = {key: max(8, round(config.camera_scale * getattr(camera, key))) for key in ("rows", "columns")}
         self.rig = config.rig.model_copy(update={"camera": camera.model_copy(update=size)})
@@ -108,14 +116,12 @@ class DeformationLaw:
         """Refuses blocks without a grid and presses through the block."""
         if not self.config.design.has_grid:
             raise ConfigError("study 'deformation-law' needs a printed grid: design.cell_mm = 0")
-        deepest, most = (
-            max(*self.config.depths_mm, self.config.depth_mm),
-            MAX_DEPTH_SHARE * self.config.design.height_mm,
-        )
+        deepest = max(*self.config.depths_mm, self.config.depth_mm)
+        most = MAX_DEPTH_SHARE * self.config.design.height_mm
         if deepest > most:
             raise ConfigError(f"depths_mm = {deepest:g} is not allowed: at most {most:g}, 90 % of the height")
 
-    def stages(self) -> Sequence[Stage]:
+    def stages(self) -> Sequence[PiecesStage]:
         """Presses, shears and twists."""
         return [self.touches]
 
@@ -142,9 +148,9 @@ class DeformationLaw:
                 "twists": len(twists),
             },
             tables=(
-                _table("press", "By force", presses),
-                _table("shear", "By direction of shear", shears),
-                _table("twist", "By twist", twists),
+                Table(name="press", title="By force", columns=columns_of(presses[0], HEADS), rows=presses),
+                Table(name="shear", title="By direction of shear", columns=columns_of(shears[0], HEADS), rows=shears),
+                Table(name="twist", title="By twist", columns=columns_of(twists[0], HEADS), rows=twists),
             ),
             figures=_figures(presses),
             facts={"Object": self.config.object.kind, "Friction": f"{self.config.friction:g}"},
@@ -153,12 +159,7 @@ class DeformationLaw:
 
 
 def press_rows(fields: Fields, depths_mm: Sequence[float]) -> Iterator[dict[str, Cell]]:
-    """Size and extent of each press.
-
-    Args:
-        fields: From `touch_fields`.
-        depths_mm: Depth of each touch [mm].
-    """
+    """Size and extent of each press, from `touch_fields`."""
     for number, depth in enumerate(depths_mm):
         length = np.linalg.norm(fields["moved_mm"][number], axis=1)
         flow = optical_flow_px(fields["untouched"], fields["image"][number])
@@ -174,7 +175,6 @@ def shear_rows(fields: Fields, directions_deg: Sequence[float], landing_mm: Arra
     """Which way grid and image went in each shear.
 
     Args:
-        fields: From `touch_fields`.
         directions_deg: Of each shear, from x towards y [degrees].
         landing_mm: Where pixels look on the face, shape (rows, columns, 2) [mm].
     """
@@ -191,13 +191,7 @@ def shear_rows(fields: Fields, directions_deg: Sequence[float], landing_mm: Arra
 
 
 def twist_rows(fields: Fields, twists_deg: Sequence[float], landing_mm: Array) -> Iterator[dict[str, Cell]]:
-    """Which way round grid and image went in each twist, and how far.
-
-    Args:
-        fields: From `touch_fields`.
-        twists_deg: Of each touch, from x towards y [degrees].
-        landing_mm: Where pixels look on the face, shape (rows, columns, 2) [mm].
-    """
+    """Which way round grid and image went in each twist, and how far; see `shear_rows`."""
     for number, twist in enumerate(twists_deg):
         grid, image = _changes(fields, number, landing_mm)
         pixel_mm = float(np.linalg.norm(landing_mm[0, 1] - landing_mm[0, 0]))
@@ -217,26 +211,11 @@ def _changes(fields: Fields, number: int, landing_mm: Array) -> tuple[tuple[Arra
     """Places and what changed after the press, of the grid [mm] and of the image [px], x right and y up."""
     moved = (fields["moved_mm"][number] - fields["pressed_mm"][number])[:, :2].astype(float)
     chosen = moved_places(moved)
-    radius = float(np.sqrt(fields["mask"][number].mean() * _area_mm2(landing_mm) / np.pi))
+    area_mm2 = float(np.prod(np.ptp(landing_mm.reshape(-1, 2), axis=0)))  # of the face that is seen
+    radius = float(np.sqrt(fields["mask"][number].mean() * area_mm2 / np.pi))
     flow = optical_flow_px(fields["pressed_image"][number], fields["image"][number]) * [1, -1]
     near = np.linalg.norm(landing_mm, axis=-1) < SPREAD * max(radius, 0.5)
     return (fields["places_mm"][chosen], moved[chosen]), (landing_mm[near], flow[near])
-
-
-def _area_mm2(landing_mm: Array) -> float:
-    """Area of the face that is seen [mm2]."""
-    return float(np.prod(np.ptp(landing_mm.reshape(-1, 2), axis=0)))
-
-
-def _table(name: str, title: str, rows: tuple[Row, ...]) -> Table:
-    ends = {"_mm": "mm", "_deg": "degrees", "_n": "N", "_nmm": "N mm", "_px": "px"}
-    columns = tuple(
-        Column(
-            name=key, title=HEADS.get(key, ""), unit=next((unit for end, unit in ends.items() if key.endswith(end)), "")
-        )
-        for key in rows[0]
-    )
-    return Table(name=name, title=title, columns=columns, rows=rows)
 
 
 def _figures(presses: Sequence[Row]) -> tuple[Figure, ...]:

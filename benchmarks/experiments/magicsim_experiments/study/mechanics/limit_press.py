@@ -199,9 +199,9 @@ class LimitShear:
     spacing_mm: float
 
 
-def skin_spacing_mm(design: ElastomerDesign) -> float:
-    """Node spacing at which stretch and stress of a skin are told [mm]."""
-    return min(MOST_SPACING_MM, design.skin_mm / LEAST_LAYERS)
+def case_of(task: LimitPress | CellPress | LimitShear) -> Row:
+    """What every row of a piece begins with."""
+    return {"diameter_mm": task.diameter_mm, "skin_mm": task.design.skin_mm}
 
 
 def limit_press(task: LimitPress) -> bytes:
@@ -209,11 +209,11 @@ def limit_press(task: LimitPress) -> bytes:
     dome = _dome(task.diameter_mm)
     zone = contact_zone([place_object(dome, gap_mm=-task.depths_mm[-1])], task.design)
     assert zone is not None  # every depth is above 0
-    lattice = central_lattice(task.design, zone, spacing_mm=skin_spacing_mm(task.design), is_quarter=True)
+    spacing_mm = min(MOST_SPACING_MM, task.design.skin_mm / LEAST_LAYERS)
+    lattice = central_lattice(task.design, zone, spacing_mm=spacing_mm, is_quarter=True)
     solver, skin = _solver(lattice, dome, task.friction), SkinCells.of(task.design, lattice)
     poses = [({"depth_mm": depth}, place_object(dome, gap_mm=-depth)) for depth in task.depths_mm]
-    case = {"diameter_mm": task.diameter_mm, "skin_mm": task.design.skin_mm}
-    return _solved(solver, case, poses, lambda state: {**_forces(state.force_n * QUARTERS), **_skin(state, skin)})
+    return _solved(solver, case_of(task), poses, lambda state: _forces(state.force_n * QUARTERS) | _skin(state, skin))
 
 
 def cell_press(task: CellPress) -> bytes:
@@ -232,10 +232,9 @@ def cell_press(task: CellPress) -> bytes:
     def measured(state: Deformation) -> Row:
         shear = layer_shear(lattice, state.displacements_mm, (x, y)).tolist()
         found = {"least_infill_shear": min(shear, default=None), "most_infill_shear": max(shear, default=None)}
-        return {**_forces(state.force_n * QUARTERS if is_quarter else state.force_n), **found}
+        return _forces(state.force_n * QUARTERS if is_quarter else state.force_n) | found
 
-    case = {"diameter_mm": task.diameter_mm, "skin_mm": task.design.skin_mm}
-    return _solved(_solver(lattice, dome, task.friction), case, poses, measured)
+    return _solved(_solver(lattice, dome, task.friction), case_of(task), poses, measured)
 
 
 def limit_shear(task: LimitShear) -> bytes:
@@ -249,10 +248,10 @@ def limit_shear(task: LimitShear) -> bytes:
     skin, infill = SkinCells.of(design, lattice), InfillCells.of(design, lattice)
 
     def measured(state: Deformation) -> Row:
-        found = {"infill_shear": float(infill.shear(state).max()) if infill is not None else None}
-        return {**_forces(state.force_n), **_skin(state, skin), **found}
+        shear = float(infill.shear(state).max()) if infill is not None else None
+        return _forces(state.force_n) | _skin(state, skin) | {"infill_shear": shear}
 
-    case = {"diameter_mm": task.diameter_mm, "skin_mm": design.skin_mm, "depth_mm": task.depth_mm}
+    case = case_of(task) | {"depth_mm": task.depth_mm}
     return _solved(_solver(lattice, dome, task.friction), case, poses, measured)
 
 

@@ -2,8 +2,9 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -11,20 +12,25 @@ from magicsim.arrays import Array
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim_experiments.study.mechanics.limit_press import (
+    Beside,
     CellPress,
+    Cells,
     LimitPress,
     LimitsConfig,
     LimitShear,
+    case_of,
     cell_press,
     limit_press,
     limit_shear,
 )
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import Cell, Column, Figure, Row, Stage, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.protocol import Cell, Figure, Row, Study, StudyResult, Table, columns_of
 from magicsim_experiments.study.stages import PiecesStage, read_pieces, read_refusals
 
-UNITS = {"fx_n": "N", "fy_n": "N", "fz_n": "N", "skin_von_mises_mpa": "MPa"}
-HEADS = {"fx_n": "Fx", "fy_n": "Fy", "fz_n": "Fz", "skin_von_mises_mpa": "von Mises stress of the skin"}
+HEADS = {
+    "fx_n": "Fx", "fy_n": "Fy", "fz_n": "Fz", "skin_von_mises_mpa": "von Mises stress of the skin",
+    "yield_mpa": "assumed yield stress", "deepest_mm": "deepest computed",
+}  # fmt: skip
 FORCES, SKIN = ("fx_n", "fy_n", "fz_n"), ("skin_stretch", "skin_von_mises_mpa")
 INFILL = ("least_infill_shear", "most_infill_shear")
 TITLES = {
@@ -44,23 +50,26 @@ NOTES = (
 )
 
 
-class Limits:
+class Limits(Study):
     """The study `limits`."""
 
-    settings: ClassVar[type[StudyConfig]] = LimitsConfig
-    packages: ClassVar[tuple[str, ...]] = ()
+    settings = LimitsConfig
+    config: LimitsConfig
 
     def __init__(self, config: LimitsConfig) -> None:
-        """Takes the settings."""
-        self.config = config
+        super().__init__(config)
         cases = [(config.with_skin(skin), diameter) for diameter in config.diameters_mm for skin in config.skins_mm]
         presses = [
             LimitPress(design=design, diameter_mm=diameter, depths_mm=config.depths_mm, friction=config.friction)
             for design, diameter in cases
         ]
         self.presses = PiecesStage(name="presses", function=limit_press, tasks=presses, seconds=60.0)
-        self.cells = PiecesStage(name="cells", function=cell_press, tasks=_cells(config, cases), seconds=90.0)
-        self.beside = PiecesStage(name="beside", function=cell_press, tasks=_beside(config), seconds=250.0)
+        beside = config.beside
+        aside = [(config.with_skin(s), d) for d in beside.diameters_mm for s in beside.skins_mm] if beside else []
+        above = _resolved(config, cases, config.cells, None)
+        off = _resolved(config, aside, beside, (beside.x_mm, beside.y_mm) if beside else None)
+        self.cells = PiecesStage(name="cells", function=cell_press, tasks=above, seconds=90.0)
+        self.beside = PiecesStage(name="beside", function=cell_press, tasks=off, seconds=250.0)
         self.sheared = PiecesStage(name="sheared", function=limit_shear, tasks=_sheared(config), seconds=60.0)
 
     def refuse(self) -> None:
@@ -73,27 +82,32 @@ class Limits:
             msg = f"depths_mm = {deepest:g} is not allowed: at most {MAX_DEPTH_SHARE * height:g}, 90 % of the height"
             raise ConfigError(msg)
 
-    @property
-    def stages_of_rows(self) -> tuple[PiecesStage, PiecesStage, PiecesStage, PiecesStage]:
+    def stages(self) -> Sequence[PiecesStage]:
         """Presses, those with resolved walls above and beside the middle of a cell, and sheared ones."""
         return self.presses, self.cells, self.beside, self.sheared
 
-    def stages(self) -> Sequence[Stage]:
-        """All stages, in order."""
-        return self.stages_of_rows
-
     def conclude(self, folder: Path) -> StudyResult:
         """Forces and fields by depth; where the infill flows; lateral forces; sheared presses."""
-        presses, cells, beside, sheared = (read_rows(folder, each) for each in self.stages_of_rows)
+        presses, cells, beside, sheared = (read_rows(folder, each) for each in self.stages())
         settings = self.config.beside
         place = f"{settings.x_mm:g} mm along x and {settings.y_mm:g} mm along y" if settings is not None else ""
         tables = (
-            _table("presses", "Presses", ("depth_mm", "fz_n", *SKIN), presses),
-            _table("cells", "Presses above the middle of a cell", ("depth_mm", "fz_n", *INFILL), cells),
-            _flow_table(flow_rows(presses, cells, self.config)),
-            _table("beside", f"Presses {place} from the middle of a cell", ("depth_mm", *FORCES, *INFILL), beside),
-            _table("sheared", "Sheared presses", ("depth_mm", "shear_mm", *FORCES, *SKIN, "infill_shear"), sheared),
-        )
+            _table("presses", "Presses", ("depth_mm", "fz_n", *SKIN, "refused"), presses),
+            _table("cells", "Presses above the middle of a cell", ("depth_mm", "fz_n", *INFILL, "refused"), cells),
+            _table(
+                "flow", "Where the infill begins to flow over a cell's height",
+                ("yield_mpa", "depth_mm", "fz_n", *SKIN, "deepest_mm"), flow_rows(presses, cells, self.config),
+                note="Empty where it does not, down to the deepest depth that was computed.",
+            ),
+            _table(
+                "beside", f"Presses {place} from the middle of a cell", ("depth_mm", *FORCES, *INFILL, "refused"),
+                beside,
+            ),
+            _table(
+                "sheared", "Sheared presses", ("depth_mm", "shear_mm", *FORCES, *SKIN, "infill_shear", "refused"),
+                sheared,
+            ),
+        )  # fmt: skip
         everything = (*presses, *cells, *beside, *sheared)
         return StudyResult(
             headline={f"most_{name}": largest(presses, name) for name in ("fz_n", *SKIN)}
@@ -118,8 +132,7 @@ def read_rows(folder: Path, stage: PiecesStage) -> list[dict[str, Any]]:
             continue
         task = stage.tasks[number]
         assert isinstance(task, LimitPress | CellPress | LimitShear)
-        case = {"diameter_mm": task.diameter_mm, "skin_mm": task.design.skin_mm}
-        rows.append(case | {"refused": refusals.get(number, "no result")})
+        rows.append(case_of(task) | {"refused": refusals.get(number, "no result")})
     return rows
 
 
@@ -173,30 +186,19 @@ def _path(rows: Sequence[Mapping[str, Any]], case: Mapping[str, float], rest: Ma
     return {name: np.array([first, *(float(row[name]) for row in own)]) for name, first in rest.items()}
 
 
-def _cells(config: LimitsConfig, cases: Sequence[tuple[ElastomerDesign, float]]) -> list[CellPress]:
-    cells = config.cells
-    if cells is None or not config.design.has_grid:
+def _resolved(
+    config: LimitsConfig, cases: Sequence[tuple[ElastomerDesign, float]], walls: Cells | Beside | None,
+    offset_mm: tuple[float, float] | None,
+) -> list[CellPress]:  # fmt: skip
+    """Presses of each design and diameter with resolved walls; none where none are asked for, or there are no walls."""
+    if walls is None or not config.design.has_grid:
         return []
     return [
         CellPress(
-            design=design, diameter_mm=diameter, depths_mm=cells.depths_mm, offset_mm=None, friction=config.friction,
-            spacing_mm=cells.spacing_mm, margin_mm=cells.margin_mm,
+            design=design, diameter_mm=diameter, depths_mm=walls.depths_mm, offset_mm=offset_mm,
+            friction=config.friction, spacing_mm=walls.spacing_mm, margin_mm=walls.margin_mm,
         )
         for design, diameter in cases
-    ]  # fmt: skip
-
-
-def _beside(config: LimitsConfig) -> list[CellPress]:
-    beside = config.beside
-    if beside is None or not config.design.has_grid:
-        return []
-    return [
-        CellPress(
-            design=config.with_skin(skin), diameter_mm=diameter, depths_mm=beside.depths_mm,
-            offset_mm=(beside.x_mm, beside.y_mm), friction=config.friction, spacing_mm=beside.spacing_mm,
-            margin_mm=beside.margin_mm,
-        )
-        for diameter in beside.diameters_mm for skin in beside.skins_mm
     ]  # fmt: skip
 
 
@@ -213,29 +215,11 @@ def _sheared(config: LimitsConfig) -> list[LimitShear]:
     ]  # fmt: skip
 
 
-def _table(name: str, title: str, names: Sequence[str], rows: Sequence[Mapping[str, Any]]) -> Table:
-    keys = ("diameter_mm", "skin_mm", *names, "refused")
-    columns = tuple(
-        Column(name=key, title=HEADS.get(key, ""), unit=UNITS.get(key, "mm" if key.endswith("_mm") else ""))
-        for key in keys
-    )
-    filled: tuple[Row, ...] = tuple({key: row.get(key) for key in keys} for row in rows)
-    return Table(name=name, title=title, columns=columns, rows=filled, shown=200)
-
-
-def _flow_table(rows: Sequence[Row]) -> Table:
-    columns = (
-        Column(name="diameter_mm", unit="mm"), Column(name="skin_mm", unit="mm"),
-        Column(name="yield_mpa", title="assumed yield stress", unit="MPa", digits=4),
-        Column(name="depth_mm", unit="mm"), Column(name="fz_n", title="Fz", unit="N"), Column(name="skin_stretch"),
-        Column(name="skin_von_mises_mpa", title=HEADS["skin_von_mises_mpa"], unit="MPa"),
-        Column(name="deepest_mm", title="deepest computed", unit="mm"),
-    )  # fmt: skip
-    filled: tuple[Row, ...] = tuple({column.name: row.get(column.name) for column in columns} for row in rows)
-    return Table(
-        name="flow", title="Where the infill begins to flow over a cell's height", columns=columns, rows=filled,
-        note="Empty where it does not, down to the deepest depth that was computed.",
-    )  # fmt: skip
+def _table(name: str, title: str, names: Sequence[str], rows: Sequence[Mapping[str, Any]], *, note: str = "") -> Table:
+    columns = columns_of(("diameter_mm", "skin_mm", *names), HEADS)
+    columns = tuple(replace(each, digits=4) if each.name == "yield_mpa" else each for each in columns)
+    filled: tuple[Row, ...] = tuple({each.name: row.get(each.name) for each in columns} for row in rows)
+    return Table(name=name, title=title, columns=columns, rows=filled, note=note, shown=200)
 
 
 def _figure(rows: Sequence[Mapping[str, Any]], name: str) -> Figure:

@@ -1,11 +1,11 @@
 """How alike the units of a kind are: their faces, touched until a threshold of force, printed against moulded."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -20,7 +20,16 @@ from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim_experiments.study.mechanics.surfaces import UnitShape, depth_at, fitted_surface, touched_heights_mm
 from magicsim_experiments.study.plots import Series, plot_series
-from magicsim_experiments.study.protocol import Column, Figure, Row, Stage, StudyConfig, StudyResult, Table
+from magicsim_experiments.study.protocol import (
+    Column,
+    Figure,
+    Row,
+    Study,
+    StudyConfig,
+    StudyResult,
+    Table,
+    columns_of,
+)
 from magicsim_experiments.study.stages import PiecesStage, read_pieces, read_refusals
 from magicsim_experiments.study.study_file import named_table
 
@@ -125,15 +134,14 @@ def touch_curve(task: TouchCurve) -> bytes:
     return json.dumps([each.force_n[2] for each in found.history]).encode()
 
 
-class Manufacturing:
+class Manufacturing(Study):
     """The study `manufacturing`."""
 
-    settings: ClassVar[type[StudyConfig]] = ManufacturingConfig
-    packages: ClassVar[tuple[str, ...]] = ()
+    settings = ManufacturingConfig
+    config: ManufacturingConfig
 
     def __init__(self, config: ManufacturingConfig) -> None:
-        """Takes the settings."""
-        self.config = config
+        super().__init__(config)
         moulded = config.moulded_design.model_dump() | {"footprint_mm": config.design.footprint_mm}
         self.designs = {"printed": config.design, "moulded": ElastomerDesign.model_validate(moulded)}
         tasks = []
@@ -147,7 +155,7 @@ class Manufacturing:
         if any(design.face is not None for design in self.designs.values()):
             raise ConfigError("study 'manufacturing' needs flat faces: design.face is set")
 
-    def stages(self) -> Sequence[Stage]:
+    def stages(self) -> Sequence[PiecesStage]:
         """Presses at places of the face."""
         return [self.touches]
 
@@ -172,9 +180,8 @@ class Manufacturing:
             series, x_title="unit", y_title="mean difference from the other units [mm]", name="units",
             label="Mean difference of each unit from the others",
         )  # fmt: skip
-        columns = tuple(Column(name=key, unit="mm" if key.endswith("_mm") else "", digits=4) for key in rows[0])
         summary = Table(
-            name="kinds", title="Printed against moulded", columns=columns, rows=tuple(rows),
+            name="kinds", title="Printed against moulded", columns=columns_of(rows[0], {}, digits=4), rows=tuple(rows),
             note=f"Means over {self.config.draws} draws of all units; low and high hold nine of ten of them.",
         )  # fmt: skip
         return StudyResult(
@@ -218,14 +225,11 @@ class Manufacturing:
                 f"depths_mm = {self.config.depths_mm[-1]:g} at most is too little: the force is {weakest:.3g} N there, "
                 f"and probe.threshold_n = {threshold:g} needs 1.3 times as much"
             )
-        size = len(curves) // len(KINDS)
-        found = {}
-        for number, kind in enumerate(KINDS):
-            own = np.array(
-                [depth_at(threshold, depths, curve) for curve in curves[number * size : (number + 1) * size]]
-            )
-            found[kind] = ((own[-1] - own[0]) / THICKER_MM, own[:-1])
-        return found
+        reached = np.array([depth_at(threshold, depths, curve) for curve in curves])
+        return {
+            kind: ((own[-1] - own[0]) / THICKER_MM, own[:-1])
+            for kind, own in zip(KINDS, np.split(reached, len(KINDS)), strict=True)
+        }
 
     def _errors(self, kind: str, depths: tuple[float, Array], draw: int) -> Array:
         """Mean absolute difference between surfaces of units of one draw, shape (units, units) [mm]."""
@@ -279,22 +283,18 @@ def drawn_unit(tolerances: UnitTolerances, random: np.random.Generator) -> UnitS
     height, wave, stiffness = random.normal(
         0, [tolerances.thickness_sd_mm, tolerances.wave_sd_mm, tolerances.stiffness_sd]
     )
-    phases = random.uniform(0, 2 * np.pi, 4)
     return UnitShape(
-        height_mm=float(height), slope=(float(slopes[0]), float(slopes[1])), wave_mm=float(wave),
-        wave_length_mm=tolerances.wave_length_mm,
-        wave_phases=(float(phases[0]), float(phases[1]), float(phases[2]), float(phases[3])),
+        height_mm=float(height), slope=tuple(slopes.tolist()), wave_mm=float(wave),
+        wave_length_mm=tolerances.wave_length_mm, wave_phases=tuple(random.uniform(0, 2 * np.pi, 4).tolist()),
         stiffness=float(np.exp(stiffness)),
     )  # fmt: skip
 
 
 def _matrix_table(kind: str, matrix: Array) -> Table:
     names = [f"unit_{number}_mm" for number in range(1, len(matrix) + 1)]
-    rows: tuple[Mapping[str, float | int], ...] = tuple(
-        {"unit": number, **dict(zip(names, row.tolist(), strict=True))} for number, row in enumerate(matrix, 1)
-    )
-    columns = (Column(name="unit", digits=0), *(Column(name=name, unit="mm", digits=4) for name in names))
+    columns = (Column(name="unit", digits=0), *columns_of(names, {}, digits=4))
     return Table(
-        name=f"errors_{kind}", title=f"Errors between {kind} units", columns=columns, rows=rows,
+        name=f"errors_{kind}", title=f"Errors between {kind} units", columns=columns,
+        rows=tuple({"unit": k, **dict(zip(names, row.tolist(), strict=True))} for k, row in enumerate(matrix, 1)),
         note="Mean absolute difference of the surface of a unit (row) from that of another (column).",
     )  # fmt: skip

@@ -21,12 +21,12 @@ class UnitShape:
 
     height_mm: float
     """Height of the whole face, which is the unit's thickness [mm]."""
-    slope: tuple[float, float]
+    slope: tuple[float, ...]
     """Rise of the face for each millimetre along x and y."""
     wave_mm: float
     """Amplitude of what is left beside that [mm]."""
     wave_length_mm: float
-    wave_phases: tuple[float, float, float, float]
+    wave_phases: tuple[float, ...]
     """Phases of two waves along x and y, each in 0..2 pi."""
     stiffness: float
 

@@ -13,7 +13,7 @@ from magicsim.folder.listing import sha256_of
 from magicsim.light.variant import activate_variant
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.live import MAX_SEED
-from magicsim_experiments.learn.settings import PACKAGES, need_torch
+from magicsim_experiments.learn.settings import PACKAGES, need_packages
 from magicsim_experiments.task.alignment.episode import AlignmentFrame, AlignmentRecord, AngleReader, play
 from magicsim_experiments.task.alignment.grip import AlignmentConfig, build_gripper, draw_grip, grip_scene
 from magicsim_experiments.task.alignment.outcome import (
@@ -100,7 +100,7 @@ class AlignmentPlayer:
         Raises:
             MagicsimError: A preset or the model does not exist, or does not fit.
         """
-        need_torch("task alignment")
+        need_packages(PACKAGES, "task alignment")
         self.reader = AngleReader(model)
         self.config = config.model_copy(update={"model_sha256": sha256_of(model)})
         self.items = {name: load_item(name) for name in config.items}

@@ -56,8 +56,8 @@ def test_shares_of_ways_sum_to_one_with_their_errors():
 
 
 def test_small_form_writes_tables(tmp_path: Path, in_process: None, monkeypatch: pytest.MonkeyPatch):
-    def quietly(task) -> bytes:
-        assert task.scene.rig.camera.columns == 120
+    def quietly(scene) -> bytes:
+        assert scene.rig.camera.columns == 120
         values = {"unevenness": [0.5, 0.2, 0.5], "disparity": [0.1, 0.2, 0.3], "brighter": 0.9,
                   "change": {name: dict.fromkeys(SIDES, 1.0) for name in CHANNELS}}  # fmt: skip
         return json.dumps(values).encode()
