@@ -29,7 +29,7 @@ def carriage_ways(start: float | None, end: float, samples: int) -> tuple[float,
     """Where the carriage may meet the base first, and its places from there, the last one being the end.
 
     Args:
-        start: Where it was; None where it was not there.
+        start: Where it was [mm]; None where it was not there.
         end: Where it goes [mm].
         samples: Places where it is not near the base.
     """
@@ -94,12 +94,9 @@ class Pusher:
         self._gripper, self._plug, self._load_at = gripper, plug, load_at
 
     def walk(self, first_mm: float, ways_mm: Sequence[float], push_n: float = np.inf) -> list[Reached]:
-        """Equilibria at the ways, the last of them where the base pushes with its most, or the plug is lost.
+        """Equilibria at the ways [mm], the last of them where the base pushes with `push_n`, or the plug is lost.
 
-        Args:
-            first_mm: Where the base is before it pushes harder than it does now [mm].
-            ways_mm: Where it goes, in their order [mm].
-            push_n: Force at which the carriage stops [N].
+        The base is at `first_mm` before it pushes harder than it does now.
         """
         load = self._load_at(first_mm)
         met = tuple(float(each) for each in load.met(object_pose(self._plug, self._gripper.place)))

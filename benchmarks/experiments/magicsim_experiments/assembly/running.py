@@ -66,11 +66,7 @@ class AssemblyPlayer:
         return settings
 
     def play(self, number: int, misalignment: Misalignment) -> tuple[Trial, tuple[Moment, ...]]:
-        """One trial, which does not depend on those before, and the moments at the end of its steps.
-
-        Raises:
-            MagicsimError: The fingers cannot be built, or not take the plug.
-        """
+        """One trial, which does not depend on those before, and the moments at the end of its steps."""
         if self._built is None:
             body = base_of(self.plug, self.setup) if self.shows_base else None
             gripper = Gripper(self.scene, workspace=SPACE, quality=self.quality, companion=body)

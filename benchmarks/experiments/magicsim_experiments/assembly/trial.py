@@ -17,7 +17,7 @@ from magicsim.detectors.combined import detect
 from magicsim.detectors.profile import DetectorProfile, load_profile
 from magicsim.detectors.rest import References, fuse
 from magicsim.errors import ConfigError
-from magicsim.geometry.mesh import SurfaceMesh, from_manifold
+from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.objects.plain import PlugObject
 from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.grip.load import Hold
@@ -26,6 +26,7 @@ from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
 from magicsim_experiments.assembly.meeting import Jack, MetLoad, plug_elements
 from magicsim_experiments.assembly.stages import AssemblyConfig, Step, TrialStage, timeline
+from magicsim_experiments.task.hand import colored
 
 DARK = (0.03, 0.03, 0.03)
 """Diffuse reflectance in linear RGB; published is a dark base, the number is assumed."""
@@ -37,24 +38,16 @@ APART_MM = 0.5
 """Distance between the ridge and the faces that hold the plug [mm]."""
 AROUND = 32
 """Segments of the hole."""
-FACET_MM = 12.0
-"""Longest edge of its triangles, each of which has a brightness of its own [mm]."""
 
 
 def base_body(jack: Jack, *, apart_mm: float) -> SurfaceMesh:
-    """The base in the jack's frame, with its colour.
-
-    Args:
-        apart_mm: Distance of the contact faces that hold the plug [mm].
-    """
+    """The base in the jack's frame, with its colour, between contact faces that hold the plug so far apart."""
     radius, chamfer, depth = jack.radius_mm, jack.chamfer_mm, jack.depth_mm
     ridge = max(apart_mm / 2 - APART_MM, 0.1)
     solid = _block(RIDGE_MM, ridge, 0.0, HIGH_MM) + _block(PLATE_MM, PLATE_MM, HIGH_MM, depth + HIGH_MM + FLOOR_MM)
     hole = Manifold.cylinder(depth + 1, radius, radius, AROUND).translate((0, 0, -1))
     mouth = Manifold.cylinder(2 * chamfer + 1e-3, radius + 2 * chamfer, radius, AROUND).translate((0, 0, -chamfer))
-    solid -= (hole + mouth).rotate((-90, 0, 0))
-    mesh = from_manifold(solid.refine_to_length(FACET_MM))
-    return SurfaceMesh(vertices=mesh.vertices, faces=mesh.faces, colors=np.tile(DARK, (len(mesh.vertices), 1)))
+    return colored(solid - (hole + mouth).rotate((-90, 0, 0)), DARK)
 
 
 def _block(half_x: float, half_z: float, low: float, high: float) -> Manifold:
@@ -227,8 +220,7 @@ class Reader:
     def learned(cls, references: tuple[Sequence[Frame], Sequence[Frame]]) -> "Reader":
         """From frames of the upper and of the lower finger with nothing between them.
 
-        Args:
-            references: At least as many as the profile's temporal fusion takes.
+        There are at least as many as the profile's temporal fusion takes.
         """
         found = load_profile(PROFILE)
         upper, lower = (np.mean(frames, axis=0).round().astype(np.uint8) for frames in references)

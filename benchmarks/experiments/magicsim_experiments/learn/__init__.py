@@ -1,4 +1,4 @@
 """Learned models that read frames: data from a dataset's Parquet, training that resumes, files, scores and baselines.
 
-What needs PyTorch (extra `learn`) is in `networks`, `weights`, `losses`, `training` and `reading`; the rest does not.
+What needs PyTorch (extra `learn`) is in `networks` and `training`; the rest does not import it before it is used.
 """

@@ -122,11 +122,7 @@ def lean_features(images: Images, reference: Images) -> Array:
     """How the change leans in the image, shape (n, 6): cosine and sine of twice its main axis' angle, by channel.
 
     The angle is that of the largest second moment of the squared change, from the rows' direction; both are weighted
-    with how elongated the change is, 0 of a round one.
-
-    Args:
-        images: Shape (n, rows, columns, 3).
-        reference: Shape (rows, columns, 3).
+    with how elongated the change is, 0 of a round one. Images are as in `change_features`.
     """
     change = np.square(images.astype(float) - reference)
     change /= np.maximum(change.sum((1, 2), keepdims=True), 1e-12)

@@ -82,7 +82,8 @@ class FitOutcome:
 
 def fit_stretch(task: FitTask) -> FitOutcome:
     """Trains a model for a while; when it has ended, answers what it has not seen, beside the baselines."""
-    from magicsim_experiments.learn.training import answer, train
+    from magicsim_experiments.learn.networks import open_network
+    from magicsim_experiments.learn.training import answers_with, train
 
     samples = _samples(task.read, task.folder, task.settings)
     split = split_of(samples, task.fit, task.settings, seed=task.seed)
@@ -108,7 +109,7 @@ def fit_stretch(task: FitTask) -> FitOutcome:
         if each.same_presses:
             further = further.at(np.flatnonzero(np.isin(further.press, np.unique(test.press))))
         if len(further):
-            found = answer(further, done.model, config)
+            found = answers_with(open_network(done.model, config), further, config)
             files[f"answers-{each.name}.parquet"] = answers_table(further, found, known, task.settings.input)
     return FitOutcome(checkpoint=None, files=files, share=share)
 

@@ -112,8 +112,7 @@ def model_config(
 ) -> ModelConfig:  # fmt: skip
     """What a model of these frames is, with the scales of the training frames alone.
 
-    Args:
-        frame_size: Rows and columns of the frames before they were reduced.
+    The size, rows and columns, is that of the frames before they were reduced.
     """
     inputs = samples.at(train).inputs(settings.input)
     targets = samples.targets[train]
@@ -132,19 +131,22 @@ def model_config(
     )  # fmt: skip
 
 
+def output_places(labels: tuple[Label, ...]) -> list[slice]:
+    """Which outputs belong to each label: one for a number or a flag, one a value for a choice."""
+    widths = [len(label.choices) if label.kind == "choice" else 1 for label in labels]
+    ends = [sum(widths[: place + 1]) for place in range(len(widths))]
+    return [slice(end - width, end) for end, width in zip(ends, widths, strict=True)]
+
+
 def answers_of(outputs: npt.NDArray[np.float32], config: ModelConfig) -> Array:
     """Answers in the labels' units: numbers, probabilities of flags, values of choices; shape (n, labels)."""
-    answers, place = np.empty((len(outputs), len(config.labels))), 0
-    for number, label in enumerate(config.labels):
+    answers = np.empty((len(outputs), len(config.labels)))
+    for number, (label, places) in enumerate(zip(config.labels, output_places(config.labels), strict=True)):
+        found = outputs[:, places].astype(np.float64)
         if label.kind == "choice":
-            width = len(label.choices)
-            answers[:, number] = np.array(label.choices)[outputs[:, place : place + width].argmax(1)]
-            place += width
-            continue
-        column = outputs[:, place].astype(np.float64)
-        if label.kind == "flag":
-            answers[:, number] = 1 / (1 + np.exp(-np.clip(column, -60, 60)))
+            answers[:, number] = np.array(label.choices)[found.argmax(1)]
+        elif label.kind == "flag":
+            answers[:, number] = 1 / (1 + np.exp(-np.clip(found[:, 0], -60, 60)))
         else:
-            answers[:, number] = column * config.target_sd[number] + config.target_mean[number]
-        place += 1
+            answers[:, number] = found[:, 0] * config.target_sd[number] + config.target_mean[number]
     return answers

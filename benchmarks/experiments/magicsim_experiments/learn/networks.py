@@ -8,8 +8,7 @@ import torch
 from torch import nn
 
 from magicsim.errors import ConfigError, unknown_choice
-from magicsim_experiments.learn.model_file import ModelConfig
-from magicsim_experiments.learn.samples import Label
+from magicsim_experiments.learn.model_file import ModelConfig, output_places
 
 
 def build_network(name: str, outputs: int) -> nn.Module:
@@ -18,13 +17,6 @@ def build_network(name: str, outputs: int) -> nn.Module:
     if name not in networks:
         raise ConfigError(unknown_choice("network", name, networks))
     return networks[name](outputs)
-
-
-def output_places(labels: tuple[Label, ...]) -> list[slice]:
-    """Which outputs belong to each label: one for a number or a flag, one a value for a choice."""
-    widths = [len(label.choices) if label.kind == "choice" else 1 for label in labels]
-    ends = [sum(widths[: place + 1]) for place in range(len(widths))]
-    return [slice(end - width, end) for end, width in zip(ends, widths, strict=True)]
 
 
 class SmallNetwork(nn.Module):

@@ -22,14 +22,7 @@ class FrameReader:
     """A model file that was opened."""
 
     def __init__(self, path: Path) -> None:
-        """Reads the file.
-
-        Args:
-            path: File `model.safetensors` of a study.
-
-        Raises:
-            ConfigError: It does not exist, is no model, or its header says what is not allowed.
-        """
+        """Reads the header of a file `model.safetensors` of a study; raises what `read_model` does."""
         self.path = path
         self.config: ModelConfig
         self.config, self._content = read_model(path)

@@ -202,18 +202,14 @@ def read_samples(
                 key = object_key(rows.columns["object_config"])
                 parts.append((*numbers, rows.images[found.rows], found, reference, key))
     parts.sort(key=lambda part: part[0])
-    chosen = [part[3] for part in parts]
-    counts = [int(each.rows.sum()) for each in chosen]
-    objects = {
-        object_of: number for number, object_of in enumerate(dict.fromkeys(part[5] for part in parts if part[5]))
-    }
+    episodes, sensors, images, chosen, references, keys = zip(*parts, strict=True)
+    objects = {key: number for number, key in enumerate(dict.fromkeys(filter(None, keys)))}
+    of = np.repeat(np.arange(len(parts)), [int(each.rows.sum()) for each in chosen])
     return Samples(
-        images=np.concatenate([part[2] for part in parts]), references=np.concatenate([part[4] for part in parts]),
-        reference_of=np.repeat(np.arange(len(parts)), counts),
+        images=np.concatenate(images), references=np.concatenate(references), reference_of=of,
         targets=np.concatenate([each.targets[each.rows] for each in chosen]), labels=tuple(labels),
-        press=np.repeat(np.array([part[0] for part in parts]), counts),
-        unit=np.repeat(np.array([part[1] for part in parts]), counts),
-        object_of=np.repeat(np.array([objects.get(part[5], -1) for part in parts]), counts),
+        press=np.array(episodes)[of], unit=np.array(sensors)[of],
+        object_of=np.array([objects.get(key, -1) for key in keys])[of],
         features=np.concatenate([each.features[each.rows] for each in chosen]),
         group=np.concatenate([each.group[each.rows] for each in chosen]),
     )  # fmt: skip

@@ -13,8 +13,8 @@ import torch
 from torch.nn import functional
 
 from magicsim.arrays import Array, Index
-from magicsim_experiments.learn.model_file import ModelConfig, answers_of, save_model
-from magicsim_experiments.learn.networks import build_network, load_weights, open_network, output_places
+from magicsim_experiments.learn.model_file import ModelConfig, answers_of, output_places, save_model
+from magicsim_experiments.learn.networks import build_network, load_weights
 from magicsim_experiments.learn.samples import Label, Samples, Split
 from magicsim_experiments.learn.settings import LearningSettings
 
@@ -74,11 +74,6 @@ class Trained:
     """One row a pass so far: `epoch`, `train_loss`, `validation_loss`, `learning_rate`."""
 
 
-def chosen_device(wanted: str) -> torch.device:
-    """`cuda` where it is asked for, or `auto` and there is an NVIDIA GPU."""
-    return torch.device("cuda" if wanted == "cuda" or (wanted == "auto" and torch.cuda.is_available()) else "cpu")
-
-
 def train(
     samples: Samples, split: Split, settings: LearningSettings, config: ModelConfig, *, seed: int,
     checkpoint: bytes | None = None, start: bytes | None = None, seconds: float = math.inf,
@@ -95,12 +90,12 @@ def train(
         On a CPU the same model, bit for bit, in however many stretches it is trained.
     """
     begun = time.process_time()
-    device = chosen_device(settings.device)
-    torch.use_deterministic_algorithms(True, warn_only=device.type != "cpu")  # not every sum has one on a GPU
+    is_gpu = settings.device == "cuda" or (settings.device == "auto" and torch.cuda.is_available())
+    device = torch.device("cuda" if is_gpu else "cpu")
+    torch.use_deterministic_algorithms(True, warn_only=is_gpu)  # not every sum has one on a GPU
     torch.set_num_threads(1)
     torch.manual_seed(seed)
-    places = output_places(samples.labels)
-    network = build_network(config.network, places[-1].stop)
+    network = build_network(config.network, output_places(samples.labels)[-1].stop)
     if start is not None:
         load_weights(network, start)
     network.to(device)
@@ -123,9 +118,11 @@ def train(
         for group in optimizer.param_groups:
             group["lr"] = rate
         order = np.random.default_rng([seed, epoch]).permutation(split.train)
-        train_loss = _pass(network, optimizer, images, targets, _batches(order, settings.batch), samples.labels, device)
-        outputs = torch.from_numpy(_outputs(network, images, split.validation, settings.batch, device))
-        loss = float(label_loss(outputs, targets[split.validation], samples.labels))
+        # Batches of about the same size, none of a single frame: batch normalisation needs two.
+        batches = np.array_split(order, max(1, len(order) // settings.batch))
+        train_loss = _pass(network, optimizer, images, targets, batches, samples.labels, device)
+        validated = torch.from_numpy(_outputs(network, images, split.validation, settings.batch, device))
+        loss = float(label_loss(validated, targets[split.validation], samples.labels))
         state["log"].append({
             "epoch": epoch, "train_loss": train_loss, "validation_loss": loss, "learning_rate": rate,
         })  # fmt: skip
@@ -149,17 +146,8 @@ def train(
     )
 
 
-def answer(samples: Samples, model: bytes, config: ModelConfig) -> Array:
-    """A model's answers on all frames, shape (n, labels)."""
-    return answers_with(open_network(model, config), samples, config)
-
-
 def answers_with(network: torch.nn.Module, samples: Samples, config: ModelConfig) -> Array:
-    """Answers of a network on all frames, shape (n, labels).
-
-    Args:
-        network: With its weights, see `open_network`.
-    """
+    """Answers of a network, with its weights, on all frames, shape (n, labels)."""
     torch.set_num_threads(1)
     images = torch.from_numpy(_normalised(samples, config))
     return answers_of(_outputs(network, images, np.arange(len(samples)), BATCH, torch.device("cpu")), config)
@@ -167,8 +155,7 @@ def answers_with(network: torch.nn.Module, samples: Samples, config: ModelConfig
 
 def _pass(
     network: torch.nn.Module, optimizer: torch.optim.Optimizer, images: torch.Tensor, targets: torch.Tensor,
-    batches: list[Index], labels: tuple[Label, ...],
-    device: torch.device,
+    batches: list[Index], labels: tuple[Label, ...], device: torch.device,
 ) -> float:  # fmt: skip
     """One pass over the training frames; returns the mean loss."""
     network.train()
@@ -190,11 +177,6 @@ def _outputs(
         places = np.array_split(rows, max(1, -(-len(rows) // batch)))
         parts = [network(images[each].to(device)).cpu() for each in places]
     return np.asarray(torch.cat(parts).numpy())
-
-
-def _batches(order: Index, size: int) -> list[Index]:
-    """Batches of about the same size, none of a single frame: batch normalisation needs two."""
-    return [np.asarray(each) for each in np.array_split(order, max(1, len(order) // size))]
 
 
 def _normalised(samples: Samples, config: ModelConfig) -> npt.NDArray[np.float32]:

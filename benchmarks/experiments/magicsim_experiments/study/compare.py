@@ -239,11 +239,7 @@ def _name_of(design: object) -> str:
 
 
 def _changes(found: object) -> dict[str, Any]:
-    """The changes of the compared study.
-
-    Raises:
-        ConfigError: They are no table, or change what the comparison gives.
-    """
+    """The changes of the compared study, refused where they are no table, or change what the comparison gives."""
     if not isinstance(found, dict):
         msg = f"study_changes = {found!r} is not allowed: must be a table of settings of the compared study"
         raise ConfigError(msg)

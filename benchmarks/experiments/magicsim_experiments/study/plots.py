@@ -59,7 +59,10 @@ def plot_series(
                 panel.fill_between(each.x, each.low, each.high, color=color, alpha=0.18, linewidth=0)
         if log_x:
             panel.set_xscale("log")
-            _tick_points(panel, [value for each in series for value in each.x])
+            ticks = sorted({value for each in series for value in each.x})
+            if 0 < len(ticks) <= MOST_TICKS:
+                panel.set_xticks(ticks, [f"{value:.4g}" for value in ticks])
+                panel.minorticks_off()
         if from_zero:
             panel.set_ylim(0, HEADROOM * panel.get_ylim()[1])
         panel.legend(loc="best")
@@ -67,28 +70,13 @@ def plot_series(
 
 
 def plot_answers(truth: Array, answer: Array, *, unit: str, name: str, label: str) -> str:
-    """Answers against true values, with the line on which they would be right.
-
-    Args:
-        truth: Shape (n,).
-        answer: Shape (n,).
-        name: Put before the drawing's identifiers; unique on a page.
-        label: What the drawing shows, for a reader who cannot see it.
-    """
+    """Answers against true values, shape (n,) each, with the line on which they would be right; see `plot_series`."""
     ends = [float(np.min([truth.min(), answer.min()])), float(np.max([truth.max(), answer.max()]))]
     with plot_style():
         canvas, panel = _panel(f"truth [{unit}]", f"answer [{unit}]")
         panel.plot(ends, ends, color=INK, linewidth=0.8, linestyle="--")
         panel.plot(truth, answer, linestyle="none", marker="o", ms=2.6, color=LINE, alpha=0.55, markeredgewidth=0)
         return to_svg(canvas, name=name, label=label)
-
-
-def _tick_points(panel: Axes, values: Sequence[float]) -> None:
-    """Labels a logarithmic axis with the values of its points, where there are few."""
-    ticks = sorted(set(values))
-    if 0 < len(ticks) <= MOST_TICKS:
-        panel.set_xticks(ticks, [f"{value:.4g}" for value in ticks])
-        panel.minorticks_off()
 
 
 def _panel(x_title: str, y_title: str) -> tuple[Canvas, Axes]:

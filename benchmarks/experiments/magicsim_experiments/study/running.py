@@ -86,27 +86,17 @@ def head(column: Column) -> str:
 
 
 def write_result(ledger: Ledger, study: Study, found: StudyResult) -> None:
-    """Writes everything that a reader opens."""
-    for table in all_tables(found):
+    """Writes everything that a reader opens; what is not a number is null in the JSON."""
+    tables = [*found.tables, *(matrix.as_table() for matrix in found.matrices)]
+    for table in tables:
         ledger.place(f"{TABLES}/{table.name}.parquet", table_parquet(table))
-    text = json.dumps(result_dict(study, found), allow_nan=False, indent=1)
-    ledger.place(RESULTS, (text + "\n").encode())
-    ledger.place(REPORT, render_page(study, found).encode())
-
-
-def all_tables(found: StudyResult) -> list[Table]:
-    """Tables of a result, its matrices among them."""
-    return [*found.tables, *(matrix.as_table() for matrix in found.matrices)]
-
-
-def result_dict(study: Study, found: StudyResult) -> dict[str, Any]:
-    """The result as JSON has it; what is not a number is null."""
-    return {
+    values = {
         "study": study.config.kind, "seed": study.config.seed, "headline": without_nan(found.headline),
-        "facts": dict(found.facts),
-        "tables": {table.name: without_nan(list(table.rows)) for table in all_tables(found)},
+        "facts": dict(found.facts), "tables": {table.name: without_nan(list(table.rows)) for table in tables},
         "notes": list(found.notes),
     }  # fmt: skip
+    ledger.place(RESULTS, (json.dumps(values, allow_nan=False, indent=1) + "\n").encode())
+    ledger.place(REPORT, render_page(study, found).encode())
 
 
 def table_parquet(table: Table) -> bytes:
@@ -155,11 +145,7 @@ class StudySummary:
 
 
 def estimate_study(study: Study, *, processes: int, folder: Path | None = None) -> list[StageEstimate]:
-    """What a study, or the rest of one, will take.
-
-    Args:
-        folder: Where a part of it is done already.
-    """
+    """What a study will take, or the rest of one of which a folder holds a part."""
     done = {stage.name for stage in study.stages() if folder is not None and stage.is_done(folder)}
     return [
         StageEstimate(stage=stage.name, core_seconds=0.0 if stage.name in done else stage.core_seconds(processes))

@@ -61,12 +61,7 @@ KINDS: dict[str, str] = {
 
 
 def study_class(kind: str, kinds: Mapping[str, str] | None = None) -> type[Study]:
-    """The class of a kind of study.
-
-    Args:
-        kind: What the file's key `kind` says.
-        kinds: Kinds to choose from; `KINDS` by default.
-    """
+    """The class of a kind of study, which a file's key `kind` names, among kinds (`KINDS` by default)."""
     kinds = KINDS if kinds is None else kinds
     if kind not in kinds:
         raise ConfigError(unknown_choice("kind of study", kind, kinds))

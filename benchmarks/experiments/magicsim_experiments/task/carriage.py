@@ -27,15 +27,7 @@ class Carriage:
 
 
 def driven(now: Carriage, target_mm: float, *, dt_s: float, most_mm_s: float, most_mm_s2: float) -> Carriage:
-    """The carriage after a step towards a place: it speeds up, and slows down in time to stop there.
-
-    Args:
-        now: Where it is.
-        target_mm: Where to [mm].
-        dt_s: Time [s].
-        most_mm_s: Largest speed [mm/s].
-        most_mm_s2: Largest acceleration [mm/s2].
-    """
+    """The carriage after a step towards a place: it speeds up, and slows down in time to stop there."""
     left, brake = target_mm - now.place_mm, most_mm_s2 * dt_s
     # A speed that falls by one brake in each of the next n steps stops exactly at the target.
     steps = math.floor((math.sqrt(1 + 8 * abs(left) / (brake * dt_s)) - 1) / 2)

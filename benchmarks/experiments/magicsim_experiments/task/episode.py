@@ -21,11 +21,7 @@ RELEASE_FRAMES = 2
 
 
 def command(stage: GraspStage, *, is_open: bool) -> Command:
-    """What to do in a stage: closing ends where the motors stall; the carriage goes back with open fingers only.
-
-    Args:
-        is_open: Whether the fingers are as far open as they were at the start.
-    """
+    """What to do in a stage: closing ends where the motors stall; the carriage goes back with open fingers only."""
     if stage is GraspStage.WAITING:
         return Command(fingers="stay" if is_open else "open", carriage="to_a")
     if stage is GraspStage.TRANSPORTING:

@@ -28,7 +28,7 @@ THINNEST_MM = 0.25
 BALL = 12
 """Segments of the balls that it is made of."""
 FACET_MM = 12.0
-"""Longest edge of its triangles, each of which has a brightness of its own [mm]."""
+"""Longest edge of triangles, each of which has a brightness of its own [mm]."""
 WAY_MM = 140.0
 """From where, in front of where it holds the item, a hand comes and is gone again [mm]."""
 
@@ -58,19 +58,17 @@ def hand_mesh(item: AnyObject) -> SurfaceMesh:
         parts += [_hull(knuckle, ball, wrist), *(_hull(*pair) for pair in pairwise(finger))]
     thumb = (ball, (-other - 0.2 * radius, bends[1], middle, 1.1 * radius), (-other, -0.2 * front, middle, radius))
     parts += [_hull(*pair) for pair in pairwise(thumb)]
-    whole = parts[0]
-    for part in parts[1:]:
-        whole += part
-    mesh = from_manifold(whole.simplify(0.05).refine_to_length(FACET_MM))
-    return SurfaceMesh(vertices=mesh.vertices, faces=mesh.faces, colors=np.tile(SKIN, (len(mesh.vertices), 1)))
+    return colored(sum(parts[1:], parts[0]).simplify(0.05), SKIN)
+
+
+def colored(solid: Manifold, color: tuple[float, float, float]) -> SurfaceMesh:
+    """A solid of one colour, diffuse reflectance in linear RGB, in facets no longer than `FACET_MM`."""
+    mesh = from_manifold(solid.refine_to_length(FACET_MM))
+    return SurfaceMesh(vertices=mesh.vertices, faces=mesh.faces, colors=np.tile(color, (len(mesh.vertices), 1)))
 
 
 def hand_pose(place: ObjectPlace, away_mm: float) -> Pose:
-    """Where a hand is, in the gripper's frame.
-
-    Args:
-        away_mm: How far in front of where it holds the item [mm].
-    """
+    """A hand in the gripper's frame, so far in front of where it holds an item [mm]."""
     position = np.array([place.x_mm, place.y_mm + away_mm, place.z_mm])
     return Pose.from_degrees(position, yaw=place.twist_deg)
 

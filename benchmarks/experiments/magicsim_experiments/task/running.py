@@ -69,11 +69,7 @@ def contact_sheet(frames: Sequence[tuple[Frame, GraspFrame]]) -> bytes:
 
 
 def film(frames: Sequence[tuple[Frame, GraspFrame]], *, frames_per_second: float) -> bytes:
-    """An animated WebP of an episode, at the rate of its frames.
-
-    Args:
-        frames_per_second: Rate [1/s].
-    """
+    """An animated WebP of an episode, at the rate of its frames [1/s]."""
     first, *others = (Pillow.fromarray(captioned(image, row)) for image, row in frames)
     file = io.BytesIO()
     first.save(

@@ -52,11 +52,7 @@ def in_order(pair: tuple[float, float]) -> tuple[float, float]:
 
 
 def refuse_given(settings: Sequence[str], given: Mapping[str, str]) -> None:
-    """Refuses settings of the fingers' scene that the task says already, and which would change nothing.
-
-    Args:
-        settings: `dotted.key=value` each.
-    """
+    """Refuses `dotted.key=value` settings of the fingers' scene that the task says, and which would change nothing."""
     for each in settings:
         key = each.partition("=")[0].strip()
         for name, by in given.items():
@@ -64,25 +60,30 @@ def refuse_given(settings: Sequence[str], given: Mapping[str, str]) -> None:
                 raise ValueError(f"scene: '{each}' is not allowed: must be left to {by}")
 
 
-class GraspConfig(Config):
-    """One run of the grasp-and-transport task; every number is assumed where nothing else is said."""
+class GripperConfig(Config):
+    """What two fingers are in a task with items, and how it is drawn and solved."""
 
     design: str = "mini-magictac"
     """Design preset or TOML file of both fingers."""
     rig: str = "digit-office"
-    """Rig preset or TOML file."""
-    room: str = "office"
-    """Room around, see `Rig.room`; `dark` for none."""
+    """Rig preset or TOML file; where a model reads the frames, they get the size that it takes."""
     scene: tuple[str, ...] = ()
     """Further settings of the fingers' scene, `dotted.key=value`, such as `design.skin_mm=0.5`."""
-    detector: str = "calibrated"
-    """Profile that reads the frames."""
-    items: Annotated[tuple[str, ...], Field(min_length=1)] = ("orange", "banana", "biscuit-packet")
-    """Item presets or files; each episode draws one."""
     quality: Literal["full", "control"] = "full"
     """How finely is solved and rendered, see `magicsim.robot.quality`."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     """Seed of everything that is drawn."""
+
+
+class GraspConfig(GripperConfig):
+    """One run of the grasp-and-transport task; every number is assumed where nothing else is said."""
+
+    room: str = "office"
+    """Room around, see `Rig.room`; `dark` for none."""
+    detector: str = "calibrated"
+    """Profile that reads the frames."""
+    items: Annotated[tuple[str, ...], Field(min_length=1)] = ("orange", "banana", "biscuit-packet")
+    """Item presets or files; each episode draws one."""
     frames_per_second: Annotated[float, Field(ge=1, le=120)] = 15.0
     """Rate of the frames that the machine reads [1/s]."""
     most_frames: Annotated[int, Field(ge=20, le=5000)] = 260

@@ -56,10 +56,7 @@ class Flashlight:
 def draw_anywhere(config: GraspConfig, episode: int, *, quiet: int, has_pull: bool) -> tuple[Flashlight, ...]:
     """Up to two flashlights, each after another happening of those that the story has, and within its first frames.
 
-    Args:
-        config: The task; `light_share` is the chance of each.
-        quiet: Frames before anything happens.
-        has_pull: Whether a hand pulls: otherwise the item is delivered.
+    A story is quiet for some frames at first; an item that no hand pulls away is delivered.
     """
     rng = np.random.default_rng(np.random.SeedSequence([config.seed, LIGHT_STREAM, episode]))
     count = int((rng.random(2) < config.light_share).sum())

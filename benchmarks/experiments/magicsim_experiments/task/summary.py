@@ -54,11 +54,7 @@ class GraspOutcome:
 
 
 def judge_episode(recorded: GraspRecord, item: Item, story: Story, *, frames_per_second: float) -> GraspOutcome:
-    """Holds the machine's way against what happened.
-
-    Args:
-        frames_per_second: Rate of the frames [1/s].
-    """
+    """Holds the machine's way against what happened."""
     rows = recorded.rows
     starts = [
         row for before, row in zip((None, *rows), rows, strict=False) if before is None or before.stage != row.stage
@@ -165,11 +161,7 @@ def reasons_of(errors: Sequence[str]) -> dict[str, int]:
 
 
 def lit_by_stage(rows: Sequence[Mapping[str, Any]]) -> dict[str, Lit]:
-    """Frames with a flashlight by the machine's stage.
-
-    Args:
-        rows: Of all episodes, as `magicsim_experiments.task.episode.GraspFrame` has them.
-    """
+    """Frames with a flashlight by the machine's stage, of rows as `GraspFrame` has them."""
     found = {}
     for stage in GraspStage:
         own = [row for row in rows if row["light"] and row["stage"] == stage]
@@ -182,11 +174,7 @@ def lit_by_stage(rows: Sequence[Mapping[str, Any]]) -> dict[str, Lit]:
 def summarise(
     outcomes: Sequence[GraspOutcome], rows: Sequence[Mapping[str, Any]], *, detector: str, room: str, out: str
 ) -> TaskSummary:
-    """Sums up a run.
-
-    Args:
-        room: Where the gripper stood.
-    """
+    """Sums up a run with a detector in a room."""
     stages = outcomes[0].seconds_in if outcomes else {}
     items = sorted({each.item for each in outcomes})
     grasped = [each.grasped_at_gap_mm for each in outcomes if each.grasped_at_gap_mm is not None]

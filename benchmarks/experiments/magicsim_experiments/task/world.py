@@ -92,11 +92,7 @@ class World:
         return away_mm if away_mm < WAY_MM else None
 
     def step(self, stage: GraspStage, asked: Command) -> Happened:
-        """Lets one frame's time pass.
-
-        Args:
-            stage: Of the machine, which a hand sees in what the gripper does.
-        """
+        """Lets one frame's time pass; a hand sees the stage in what the gripper does."""
         frame, self._frame = self._frame, self._frame + 1
         self._transport = self._transport + 1 if stage is GraspStage.TRANSPORTING else -1
         if self._is_delivered and self.is_open and self.has_item:
@@ -110,11 +106,7 @@ class World:
         return Happened(event=event, light=self._shine(frame, asked))
 
     def deliver(self) -> str:
-        """A tray at B takes the item: it is placed, no longer held.
-
-        Returns:
-            The event, nothing where the fingers are empty.
-        """
+        """A tray at B takes the item: it is placed, no longer held. Gives the event, nothing where fingers are empty."""
         if not self.is_held:
             return ""
         self.gripper.close(self.gripper.width_mm, place=self.gripper.place)

@@ -12,8 +12,9 @@ pytest.importorskip("safetensors")
 
 from magicsim_experiments.learn.fitting import Fit, split_of
 from magicsim_experiments.learn.model_file import model_config, read_model
+from magicsim_experiments.learn.networks import open_network
 from magicsim_experiments.learn.settings import LearningSettings
-from magicsim_experiments.learn.training import answer, train
+from magicsim_experiments.learn.training import answers_with, train
 
 from .made import made_samples
 
@@ -36,7 +37,9 @@ def test_network_learns_a_number_a_flag_and_a_choice():
     assert ((done.answers[:, 1] > 0.5) == (truth[:, 1] > 0.5)).mean() > 0.9
     assert (done.answers[there, 2] == truth[there, 2]).mean() > 0.6
     assert done.log[-1]["train_loss"] < 0.5 * done.log[0]["train_loss"]
-    np.testing.assert_allclose(answer(samples.at(split.test), done.model, config), done.answers, atol=1e-4)
+    np.testing.assert_allclose(
+        answers_with(open_network(done.model, config), samples.at(split.test), config), done.answers, atol=1e-4
+    )
 
 
 def test_training_in_stretches_gives_the_same_bytes_on_a_cpu():

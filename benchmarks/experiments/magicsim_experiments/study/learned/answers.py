@@ -171,12 +171,7 @@ def beyond_rows(folder: Path, stage: LearningStage, labels: Sequence[Label], *, 
 
 
 def beyond_tables(rows: Sequence[Row], *first: Column) -> tuple[Table, ...]:
-    """The table of extrapolated errors, or nothing where there are none.
-
-    Args:
-        rows: From `beyond_rows`.
-        *first: Columns before all others.
-    """
+    """The table of rows from `beyond_rows`, with columns before all others; nothing where there are none."""
     columns = (
         *first, Column(name="label"), Column(name="train_frames", title="training frames", digits=0),
         Column(name="unit"), Column(name="error", title="extrapolated mean absolute error", digits=4),

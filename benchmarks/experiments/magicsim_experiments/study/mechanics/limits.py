@@ -168,8 +168,7 @@ def largest(rows: Sequence[Mapping[str, Any]], name: str) -> float | None:
 def first_passed(values: Array, level: float) -> float | None:
     """Where a path first reaches a level, in places along it, linear between them; None where it does not.
 
-    Args:
-        values: Shape (places,), below the level at first.
+    Values have the shape (places,), and are below the level at first.
     """
     above = np.flatnonzero(values >= level)
     if len(above) == 0:

@@ -209,11 +209,7 @@ class Manufacturing(Study):
         return TouchCurve(design=design, object=self.config.object, place_mm=place_mm, depths_mm=self.config.depths_mm)
 
     def _threshold_depths(self, folder: Path) -> dict[str, tuple[float, Array]]:
-        """Change of the depth with thickness, and depth at the threshold at each place [mm], by kind.
-
-        Raises:
-            ConfigError: A press has no answer, or does not reach the threshold.
-        """
+        """Change of the depth with thickness, and depth at the threshold at each place [mm], by kind."""
         refusals = read_refusals(folder, self.touches)
         if refusals:
             raise ConfigError(next(iter(refusals.values())))

@@ -48,8 +48,6 @@ def touched_heights_mm(
     Args:
         places_mm: x and y of each touch, shape (touches, 2) [mm].
         depth_mm: How deep the face is pressed in at the threshold, shape (touches,) [mm].
-        repeat_sd_mm: Standard deviation of the probe's place [mm].
-        step_mm: Steps in which the probe advances [mm].
 
     Returns:
         Shape (touches,) [mm], outwards.
@@ -60,14 +58,9 @@ def touched_heights_mm(
 
 
 def fitted_surface(places_mm: Array, heights_mm: Array) -> Callable[[Array], Array]:
-    """A polynomial surface through touches without outliers.
+    """A polynomial surface through touches without outliers: height [mm] at places of shape (places, 2).
 
-    Args:
-        places_mm: Shape (touches, 2) [mm].
-        heights_mm: Shape (touches,) [mm].
-
-    Returns:
-        Height at places of shape (places, 2), shape (places,) [mm].
+    Touches have places of shape (touches, 2) and heights of shape (touches,) [mm].
     """
     scale = np.abs(places_mm).max(0)
     kept = ~outliers(places_mm, heights_mm)
@@ -86,10 +79,7 @@ def outliers(places_mm: Array, heights_mm: Array) -> Mask:
 def depth_at(force_n: float, depths_mm: Array, forces_n: Array) -> float:
     """Depth at which a press reaches a force [mm]; between depths force^(2/3) is taken as linear, as Hertz has it.
 
-    Args:
-        force_n: To be reached [N].
-        depths_mm: Increasing, shape (depths,) [mm].
-        forces_n: Shape (depths,) [N].
+    Depths increase; they and their forces [N] have the shape (depths,).
     """
     power = np.maximum(np.array([0.0, *forces_n]), 0.0) ** (2 / 3)
     return float(np.interp(force_n ** (2 / 3), power, np.array([0.0, *depths_mm])))

@@ -19,27 +19,11 @@ LABEL = "r_z"
 """Angle of an object's axis to the sensor's y, in (-90, 90] [degrees], see `study.learned.alignment`."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReadAngle:
-    """What both fingers say of the angle about the closing axis, in the gripper's frame [degrees]."""
-
-    upper_deg: float
-    lower_deg: float
-
-    @property
-    def mean_deg(self) -> float:
-        """Mean of both."""
-        return (self.upper_deg + self.lower_deg) / 2
-
-
 class AngleReader:
     """A model that tells r_z, with the untouched frames of both fingers."""
 
     def __init__(self, model: Path) -> None:
-        """Opens the model.
-
-        Args:
-            model: File `model.safetensors` of the study `alignment`.
+        """Opens a file `model.safetensors` of the study `alignment`.
 
         Raises:
             ConfigError: It is no model, or tells no angle; the message says how to make one.
@@ -59,8 +43,10 @@ class AngleReader:
             self.reader.check(frames[0], f"the {finger} finger's frame")
         self._untouched = [self.reader.untouched(frames) for frames in (upper, lower)]
 
-    def read(self, upper: Frame, lower: Frame) -> ReadAngle:
-        """The angle, from one frame of each finger; the lower one sees it turned the other way.
+    def read(self, upper: Frame, lower: Frame) -> tuple[float, float]:
+        """The angle about the closing axis in the gripper's frame, as each finger's frame says it [degrees].
+
+        The lower finger sees it turned the other way.
 
         Raises:
             ConfigError: Nothing has been learned of the untouched fingers yet.
@@ -68,21 +54,16 @@ class AngleReader:
         if not self._untouched:
             raise ConfigError("the untouched fingers are not known yet: call learn first")
         angles = self.reader.read([upper, lower], self._untouched)[:, self._column]
-        return ReadAngle(upper_deg=float(angles[0]), lower_deg=-float(angles[1]))
+        return float(angles[0]), -float(angles[1])
 
 
 Vector = tuple[float, float, float]
 
 
 def turned_deg(wrist_deg: float, read_deg: float, *, dt_s: float, gain_per_s: float, most_deg_s: float) -> float:
-    """Angle of the wrist one frame later, proportional control of what is read to 0.
+    """Angle of the wrist one frame later, proportional control to 0 of the axis' angle to the vertical, as it was read.
 
-    Args:
-        wrist_deg: Now [degrees].
-        read_deg: Angle of the object's axis to the room's vertical, as it was read [degrees].
-        dt_s: Time of a frame [s].
-        gain_per_s: Speed for each degree [1/s]; at most one over the frame's time counts, which does not overshoot.
-        most_deg_s: Largest speed [degrees/s].
+    The speed for each degree is `gain_per_s`; at most one over the frame's time counts, which does not overshoot.
     """
     speed = -min(gain_per_s, 1 / dt_s) * read_deg
     return wrist_deg + min(max(speed, -most_deg_s), most_deg_s) * dt_s
@@ -91,8 +72,7 @@ def turned_deg(wrist_deg: float, read_deg: float, *, dt_s: float, gain_per_s: fl
 def down_at(wrist_deg: float) -> Vector:
     """Where gravity points in the gripper's frame: to the fingertips (+y) where the wrist is at 0.
 
-    Args:
-        wrist_deg: Angle of the gripper in the room, about its closing axis [degrees].
+    The wrist's angle is that of the gripper in the room, about its closing axis [degrees].
     """
     turn = math.radians(wrist_deg)
     return math.sin(turn), math.cos(turn), 0.0
@@ -213,10 +193,10 @@ def _row(
     pair: GripFrames, reader: AngleReader, config: AlignmentConfig, *, wrist_deg: float, episode: int, frame: int
 ) -> AlignmentFrame:
     truth = pair.truth
-    read = reader.read(pair.upper.image, pair.lower.image)
+    upper, lower = reader.read(pair.upper.image, pair.lower.image)
     return AlignmentFrame(
         episode=episode, frame=frame, time_s=round(frame / config.frames_per_second, 6), wrist_deg=wrist_deg,
         held_deg=truth.place.twist_deg, error_deg=line_angle_deg(wrist_deg + truth.place.twist_deg),
-        upper_deg=read.upper_deg, lower_deg=read.lower_deg, read_deg=read.mean_deg, hold=truth.hold.value,
+        upper_deg=upper, lower_deg=lower, read_deg=(upper + lower) / 2, hold=truth.hold.value,
         upper_n=truth.upper.force_n[2], lower_n=truth.lower.force_n[2], slid_mm=truth.slid_mm,
     )  # fmt: skip

@@ -1,12 +1,12 @@
 """How an item is held in an episode, and the gripper that holds it."""
 
 from dataclasses import dataclass, replace
-from typing import Annotated, Literal, Self
+from typing import Annotated, Self
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from magicsim.config.models import Config, validate
+from magicsim.config.models import validate
 from magicsim.errors import ConfigError
 from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.grip.linkage import Linkage
@@ -14,7 +14,7 @@ from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim_experiments.learn.model_file import ModelConfig
-from magicsim_experiments.task.settings import GIVEN, Item, in_order, refuse_given
+from magicsim_experiments.task.settings import GIVEN, GripperConfig, Item, in_order, refuse_given
 
 HOW = (
     "'magicsim study alignment --out DIR' makes one, DIR/models/learning/press-0/model.safetensors (--quick: in "
@@ -25,27 +25,17 @@ MISSING_MODEL = f"--model is missing: {HOW}"
 Angle = Annotated[float, Field(ge=0, le=60)]
 
 
-class AlignmentConfig(Config):
+class AlignmentConfig(GripperConfig):
     """One run of the alignment task; every number is assumed where nothing else is said."""
 
     model_sha256: str = ""
     """SHA-256 of the model file that reads the frames."""
-    design: str = "mini-magictac"
-    """Design preset or TOML file of both fingers."""
-    rig: str = "digit-office"
-    """Rig preset or TOML file; its frames get the size that the model takes."""
-    scene: tuple[str, ...] = ()
-    """Further settings of the fingers' scene, `dotted.key=value`, such as `design.skin_mm=0.5`."""
     items: Annotated[tuple[str, ...], Field(min_length=1)] = (
         "rod-10-black", "rod-10-white", "rod-15-black", "rod-15-white", "rod-20-black", "rod-20-white", "pen",
     )  # fmt: skip
     """Item presets or files, taken in turn. Diameters and colours of the rods are published."""
     unseen: tuple[str, ...] = ("pen",)
     """Items of which the model has learned nothing; they are counted apart."""
-    quality: Literal["full", "control"] = "full"
-    """How finely is solved and rendered, see `magicsim.robot.quality`."""
-    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
-    """Seed of everything that is drawn."""
     askew_deg: Annotated[tuple[Angle, Angle], AfterValidator(in_order)] = (5.0, 40.0)
     """Smallest and largest angle, to either side, at which an item is held at first [degrees]."""
     aside_mm: Annotated[float, Field(ge=0, le=10)] = 2.0
@@ -99,11 +89,7 @@ class Grip:
 
 
 def draw_grip(config: AlignmentConfig, episode: int) -> Grip:
-    """How the item of an episode is held.
-
-    Args:
-        episode: Its number; items take turns, sides too.
-    """
+    """How the item of an episode, by its number, is held: items take turns, sides too."""
     rng = np.random.default_rng(np.random.SeedSequence([config.seed, STREAM, episode]))
     low, high = config.askew_deg
     side = 1 if (episode // len(config.items) + episode) % 2 else -1

@@ -88,11 +88,7 @@ class AlignmentSummary:
 
 
 def judge_episode(recorded: AlignmentRecord, grip: Grip, *, episode: int, within_deg: float) -> AlignmentOutcome:
-    """Holds an episode against the limit.
-
-    Args:
-        within_deg: Error below which an item counts as upright [degrees].
-    """
+    """Holds an episode against the error below which an item counts as upright [degrees]."""
     rows = recorded.rows
     errors = [abs(row.error_deg) for row in rows]
     is_whole = bool(rows) and not recorded.is_dropped and not recorded.error
@@ -107,18 +103,10 @@ def judge_episode(recorded: AlignmentRecord, grip: Grip, *, episode: int, within
 
 
 def summarise(
-    outcomes: Sequence[AlignmentOutcome],
-    rows: Sequence[AlignmentFrame],
-    *,
-    unseen: Sequence[str],
-    within_deg: float,
+    outcomes: Sequence[AlignmentOutcome], rows: Sequence[AlignmentFrame], *, unseen: Sequence[str], within_deg: float,
     out: str,
-) -> AlignmentSummary:
-    """Sums up a run.
-
-    Args:
-        within_deg: Error below which an item counts as upright [degrees].
-    """
+) -> AlignmentSummary:  # fmt: skip
+    """Sums up a run; `unseen` names the items that are counted apart."""
     items = sorted({each.item for each in outcomes})
     return AlignmentSummary(
         out=out, episodes=len(outcomes), within_deg=within_deg,
@@ -155,11 +143,7 @@ def _ends(outcomes: Sequence[AlignmentOutcome]) -> Mean:
 
 
 def mean(values: Sequence[float] | np.ndarray, episodes: Sequence[int]) -> Mean:
-    """A mean over frames or episodes, whole episodes drawn again for its interval.
-
-    Args:
-        values: Shape (n,).
-    """
+    """A mean over frames or episodes, whole episodes drawn again for its interval."""
     if not len(values):
         return Mean(value=None, low=None, high=None, episodes=0)
     score = mean_score(np.asarray(values, float), np.asarray(episodes, np.int64))

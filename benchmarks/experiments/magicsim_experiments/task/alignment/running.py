@@ -48,8 +48,7 @@ def draw_errors(
 ) -> bytes:
     """A PNG: above, each episode's error against time with the median of each group; below, errors of the readings.
 
-    Args:
-        within_deg: Limit that is drawn as a band [degrees].
+    The limit is drawn as a band.
     """
     figure = Figure(figsize=(8, 6.5), layout="constrained")
     upper, lower = figure.subplots(2, 1, height_ratios=[3, 2])
@@ -92,14 +91,7 @@ class AlignmentPlayer:
     """Builds a gripper for an item and plays episodes with it; one gripper at a time is kept."""
 
     def __init__(self, config: AlignmentConfig, model: Path) -> None:
-        """Checks everything that a run needs before it begins.
-
-        Args:
-            model: File `model.safetensors` of the study `alignment`.
-
-        Raises:
-            MagicsimError: A preset or the model does not exist, or does not fit.
-        """
+        """Checks everything that a run needs before it begins; see `run_alignment`."""
         need_packages(PACKAGES, "task alignment")
         self.reader = AngleReader(model)
         self.config = config.model_copy(update={"model_sha256": sha256_of(model)})

@@ -15,7 +15,7 @@ from magicsim.robot.grip.load import Hold
 from magicsim.robot.gripper import Gripper
 from magicsim_experiments.learn.model_file import ModelConfig
 from magicsim_experiments.learn.samples import Label
-from magicsim_experiments.task.alignment.episode import ReadAngle, play
+from magicsim_experiments.task.alignment.episode import play
 from magicsim_experiments.task.alignment.grip import AlignmentConfig, Grip, build_gripper, grip_scene
 from magicsim_experiments.task.settings import load_item
 
@@ -79,10 +79,10 @@ class Knowing:
     def learn(self, upper, lower) -> None:
         assert len(upper) == len(lower) == 1
 
-    def read(self, upper, lower) -> ReadAngle:
+    def read(self, upper, lower) -> tuple[float, float]:
         assert upper.shape == lower.shape == (32, 24, 3)
         angle = self.gripper.place.twist_deg
-        return ReadAngle(upper_deg=angle + 4, lower_deg=angle - 4)
+        return angle + 4, angle - 4
 
 
 @pytest.mark.usefixtures("unrendered")
