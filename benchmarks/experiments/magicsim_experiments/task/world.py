@@ -106,7 +106,7 @@ class World:
         return Happened(event=event, light=self._shine(frame, asked))
 
     def deliver(self) -> str:
-        """A tray at B takes the item: it is placed, no longer held. Gives the event, nothing where fingers are empty."""
+        """A tray at B takes the item: it is placed, no longer held. Gives the event, nothing of empty fingers."""
         if not self.is_held:
             return ""
         self.gripper.close(self.gripper.width_mm, place=self.gripper.place)
