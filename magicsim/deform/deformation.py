@@ -30,12 +30,15 @@ ONE_SIDED = 0.5
 assumed."""
 LEAST_AROUND = 4
 """Fewest points around another: assumed."""
-BORDER = 0.75
+BORDER = 0.95
 """Share of an arc's height over its chord up to which a border's points touch: measured on balls of 2, 4 and 8 mm
-radius, 0.05 to 1.5 mm deep, on cells of 0.3 to 0.9 mm, against cells of 0.25 mm."""
+radius, 0.1 to 1 mm deep, on cells of 0.18 to 0.9 mm, against the border on cells of 0.06 to 0.25 mm, where the gap is
+proportional to the distance from it to the power 3/2."""
 SMOOTH_RAD = 0.46
 """Turn of an object's normal over a facet above which it has an edge or a texture there, and no radius; that of a ball
 of 2 mm over a cell of 0.9 mm is 0.45."""
+FLAT_RAD = 1e-3
+"""Turn below which it is flat: assumed."""
 
 
 def border_gaps_mm(lattice: Lattice, face: ContactFace, points_mm: Array, normals: Array) -> Array:
@@ -52,7 +55,7 @@ def border_gaps_mm(lattice: Lattice, face: ContactFace, points_mm: Array, normal
         return np.asarray(np.maximum.reduceat(np.linalg.norm(values - np.repeat(mean, count, 0), axis=1), first))
 
     turn = spread(normals) / np.maximum(spread(points_mm), 1e-12) * edge
-    return np.repeat(np.where(turn <= SMOOTH_RAD, BORDER * turn * edge / 8, 0.0), count)
+    return np.repeat(np.where((turn > FLAT_RAD) & (turn <= SMOOTH_RAD), BORDER * turn * edge / 8, 0.0), count)
 
 
 def touching_points(
@@ -123,7 +126,7 @@ def figures_last(result: SolveFigures) -> dict[str, Any]:
 
 
 TOUCHING_GAP_MM = 0.01
-"""Up to this distance from the object a point of the face is labelled and rendered as touching [mm]: assumed."""
+"""Up to this distance from the object a point of the face is rendered as touching [mm]: assumed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -160,7 +163,7 @@ class Deformation(PathFigures):
     contact_gap_mm: Array
     """Signed distance to the object at them, infinite without an object, shape (points,) [mm]."""
     touches_within_mm: Array
-    """Distance up to which they touch, see `magicsim.deform.deformation`, shape (points,) [mm]."""
+    """Distance up to which they touch, shape (points,) [mm]; at least their own where they do."""
     relaxation: RelaxationState | None
     """Memory of a rate-dependent body; None in the long term."""
     linearisation: Linearisation | None

@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from magicsim.arrays import Array, Mask
 from magicsim.deform.contact.face import POINT_SPACING_MM
-from magicsim.deform.deformation import TOUCHING_GAP_MM, Deformation, SolveFigures
+from magicsim.deform.deformation import Deformation, SolveFigures
 from magicsim.deform.indentation.path import as_vector
 from magicsim.frame_class import classify_frame
 from magicsim.geometry.design import ElastomerDesign
@@ -70,7 +70,7 @@ def contact_mask(deformation: Deformation, landing_mm: Array) -> Mask:
     `landing_mm` is where each pixel looks on the contact face; the mask has the shape (rows, columns).
     """
     points = deformation.contact_points_mm[:, :2]
-    apart = deformation.contact_gap_mm - np.maximum(deformation.touches_within_mm, TOUCHING_GAP_MM)
+    apart = deformation.contact_gap_mm - deformation.touches_within_mm
     touching, mask = points[apart <= 0], np.zeros(landing_mm.shape[:2], bool)
     if len(touching):
         looked_at = _in_box(landing_mm, touching, AROUND_MM)

@@ -318,11 +318,11 @@ class ContactSolver:
         forces = face.area_mm2[:, None] * traction
         friction = np.linalg.norm(contact.shear_mpa, axis=1)
         tolerance = problem.options.tolerance_mm
-        limits = np.maximum(
-            border_gaps_mm(self.lattice, face, contact.points_mm, contact.normal),
-            max(tolerance, TOUCHING_SHARE * problem.smallest_edge_mm),
-        )
-        touching = touching_points(self.lattice, face, contact.points_mm, contact.gap_mm, gap_limits_mm=limits)
+        limits = border_gaps_mm(self.lattice, face, contact.points_mm, contact.normal)
+        limits[limits == 0] = max(tolerance, TOUCHING_SHARE * problem.smallest_edge_mm)
+        pressed = np.where(contact.pressure_mpa > 0, np.inf, limits)
+        touching = touching_points(self.lattice, face, contact.points_mm, contact.gap_mm, gap_limits_mm=pressed)
+        limits = np.where(touching, np.maximum(limits, contact.gap_mm), limits)
         return Deformation(
             displacements_mm=iterate.positions - self.lattice.nodes_mm,
             pressure_mpa=iterate.pressure,

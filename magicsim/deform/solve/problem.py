@@ -17,8 +17,9 @@ from magicsim.deform.quality import NewtonOptions
 from magicsim.deform.solve.factorise import SymmetricSolver, symmetric_solver
 from magicsim.deform.solve.ladder import Care
 
-ROUNDING = 4 * float(np.finfo(np.float64).eps)
-"""Relative error of a cell's forces before they cancel."""
+EPS = float(np.finfo(np.float64).eps)
+ROUNDINGS = 4
+"""Relative error of a cell's forces before they cancel, in units of that of one number."""
 MORE_ITERATIONS = {Care.ORDINARY: 1, Care.CAREFUL: 2, Care.PATIENT: 3}
 """Iterations of a load step in units of `NewtonOptions.max_iterations`: assumed."""
 MOST_CONTRAST = 3e3
@@ -140,7 +141,10 @@ class Problem:
 def _rounding_n(lattice: Lattice, shear_modulus_mpa: Array) -> float:
     """Rounding of the out-of-balance forces [N].
 
-    Spring forces cancel those of the logarithm, and the rounding of a volume is multiplied by lambda.
+    Spring forces cancel those of the logarithm, and the rounding of a volume is multiplied by lambda: that of the
+    cell's own numbers, or of its nodes' positions where the cell is small for its distance from the origin.
     """
     areas = np.sort(lattice.sizes_mm, axis=1)[:, 1:].prod(1)
-    return ROUNDING * float(np.sqrt(np.sum(((lattice.lame_mpa + shear_modulus_mpa) * areas) ** 2)))
+    distance = np.abs(lattice.nodes_mm[lattice.cells]).max(1) / lattice.sizes_mm
+    forces = (lattice.lame_mpa + shear_modulus_mpa) * areas * np.maximum(ROUNDINGS, distance.max(1))
+    return EPS * float(np.linalg.norm(forces))

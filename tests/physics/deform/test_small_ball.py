@@ -43,3 +43,12 @@ def test_symmetric_press_gives_symmetric_answer(precision: str, monkeypatch: pyt
     np.testing.assert_allclose(grid, grid[:, :, ::-1] * [-1, 1, 1], atol=atol)
     np.testing.assert_allclose(grid, grid[:, ::-1] * [1, -1, 1], atol=atol)
     np.testing.assert_allclose(grid, grid.transpose(0, 2, 1, 3)[..., [1, 0, 2]], atol=atol)
+
+
+def test_a_light_touch_far_from_the_middle_ends_where_rounding_is_left():
+    """Positions of small cells are rounded by their distance from the origin, and 3e-11 N are then never in balance."""
+    design = load_preset(ElastomerDesign, "design", "mini-magictac", ["footprint_mm=[16,20]", "lattice.spacing_mm=1.2"])
+    ball = parse_object("sphere:radius_mm=2.5")
+    lattice = build_lattice(design, zone=contact_zone([place_object(ball, gap_mm=-0.05, x_mm=5, y_mm=6)], design))
+    state = ContactSolver(lattice, friction=0.6).solve(place_object(ball, gap_mm=-0.005, x_mm=5, y_mm=6))
+    assert state.iterations < 10

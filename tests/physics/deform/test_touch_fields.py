@@ -75,10 +75,10 @@ def test_taxels_add_up_to_force_and_torque_of_a_sheared_press(shape: tuple[int, 
     np.testing.assert_allclose(found.area_mm2, 144 / np.prod(shape), rtol=1e-9)
     assert state.force_n[0] > 0.05  # dragged along +x
     if shape == (64, 48):  # row 0 is at +y: the press at y = -2 is in the lower half, at x > 0 in the right one
-        row, column = np.unravel_index(found.force_n[..., 2].argmax(), shape)
-        assert grid.centres_mm[row, column] == pytest.approx([1.65, -2.0], abs=0.6)
-        assert row > 32
-        assert column > 24
+        normal = found.force_n[..., 2]
+        centre = np.average(grid.centres_mm.reshape(-1, 2), axis=0, weights=normal.ravel())
+        assert centre == pytest.approx([1.5, -2.0], abs=0.1)  # where it first touched: the face sticks
+        assert normal[33:, 25:].sum() == pytest.approx(state.force_n[2])
         arms = np.cross(np.dstack([grid.centres_mm, np.zeros(shape)]), found.force_n).sum((0, 1))
         assert arms[:2] == pytest.approx(state.torque_nmm[:2], rel=0.2)
 
