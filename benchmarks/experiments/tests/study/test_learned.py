@@ -10,6 +10,7 @@ import pytest
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.errors import ConfigError, OutputError
 from magicsim_experiments.study.learned.alignment import axis_angle_deg
+from magicsim_experiments.study.learned.data import data_stages
 from magicsim_experiments.study.learned.localisation import mask_features
 from magicsim_experiments.study.learned.ranging import bin_names, gap_bin
 from magicsim_experiments.study.study_file import load_study
@@ -158,3 +159,10 @@ def test_geometry_of_masks_angles_and_bins():
 def test_changes_of_the_recipe_that_are_no_table_are_one_line():
     with pytest.raises(ConfigError, match="recipe_changes = 5 is not allowed: must be a table"):
         load_study("localisation", ["recipe_changes=5"])
+
+
+def test_fast_frames_are_read_beside_true_ones_of_the_same_presses():
+    frames, _, again = data_stages(made("localisation", "recipe.render.tier=fast").config)
+    assert (frames.recipe.render.tier, again.recipe.render.tier) == ("fast", "true")
+    assert again.name == "true-rendering"
+    assert again.recipe.render.model_dump() | {"tier": "fast"} == frames.recipe.render.model_dump()

@@ -91,7 +91,7 @@ def further_seed(seed: int, number: int = 1) -> int:
 
 FRAMES = "frames"
 """Name of the stage of the data."""
-QUIET, FINE = "without-noise", "finer-rendering"
+QUIET, FINE, TRUE = "without-noise", "finer-rendering", "true-rendering"
 """Names of the data that check what a result rests on."""
 NO_NOISE = {"full_well_e": 1e9, "read_noise_e": 0.0}
 """Camera without shot noise and read noise: a well of 1e9 electrons has a relative shot noise of 3e-5."""
@@ -100,7 +100,7 @@ FINER = 4
 
 
 def data_stages(config: LearnedConfig, *, masks: bool = False) -> list[DatasetStage]:
-    """The data, and the first episodes again without noise and with finer rendering.
+    """The data, and the first episodes again without noise and with finer rendering; truly rendered if they were fast.
 
     Args:
         masks: Whether contact masks are needed; all other large labels are left out.
@@ -111,17 +111,19 @@ def data_stages(config: LearnedConfig, *, masks: bool = False) -> list[DatasetSt
     if config.check_episodes:
         count = min(config.check_episodes, recipe.episodes)
         render = recipe.render
-        finer = render.model_dump() | {
-            "samples": FINER * render.samples, "particles": FINER * render.particles,
-            "anchor_samples": 2 * render.anchor_samples, "anchor_seed": render.anchor_seed + 1,
-        }  # fmt: skip
+        again, other = TRUE, render.model_dump() | {"tier": "true"}
+        if render.tier == "true":
+            again, other = FINE, other | {
+                "samples": FINER * render.samples, "particles": FINER * render.particles,
+                "anchor_samples": 2 * render.anchor_samples, "anchor_seed": render.anchor_seed + 1,
+            }  # fmt: skip
         quiet = recipe.camera.model_dump(exclude_none=True)
         for name, value in NO_NOISE.items():
             drawn = isinstance(getattr(recipe.camera, name), Distribution)
             quiet[name] = {"low": value, "high": value} if drawn else value  # drawn still, so that others stay
         stages += [
             DatasetStage(name=QUIET, recipe=config.dataset_recipe(labels=large, episodes=count, camera=quiet)),
-            DatasetStage(name=FINE, recipe=config.dataset_recipe(labels=large, episodes=count, render=finer)),
+            DatasetStage(name=again, recipe=config.dataset_recipe(labels=large, episodes=count, render=other)),
         ]
     return stages
 
