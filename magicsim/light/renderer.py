@@ -22,7 +22,7 @@ from magicsim.light.frame.frame_image import Look, own_field, passing_light_chan
 from magicsim.light.frame.frame_light import Before, free_light, lifted, touched_light
 from magicsim.light.near.lamp_light import LampLight
 from magicsim.light.near.near_object import NearObject
-from magicsim.light.near.near_transport import NearTransport
+from magicsim.light.near.near_transport import NearTransport, follow_ports
 from magicsim.light.plain_renderer import PlainRenderer, checked
 from magicsim.light.reach import is_out_of_reach
 from magicsim.light.records.untouched import RECORDED_PARTS, Untouched, untouched_key
@@ -176,13 +176,18 @@ class Renderer(PlainRenderer):
         if placed is not None and light_x_mm is not None and placed[:, 2].max() < -self.rig.flashlight.distance_mm:
             return None  # behind the flashlight
         self._check_room(shown, placed)
-        transport = self.of_sensor("near", lambda: NearTransport.of(self.light(View()), self.anchor()))
+        transport = self.of_sensor("near", self._near_transport)
         lamp = self._lamp_light(transport, light_x_mm) if light_x_mm is not None else None
         passing = self._passing_light(view.passing_mm) if view.passing_mm is not None else None
         target = self._near_object(shown)
         pixels = window.numbers(self._film.columns, self._film.rows)
         image = transport.image(target, pixels, seed=self.seed, lamp=lamp, passing=passing)
         return self._film.seen(checked(image.reshape(window.rows, window.columns, 3).astype(np.float32)))
+
+    def _near_transport(self) -> NearTransport:
+        world = self.light(View())
+        followed = self._untouched.arrays(f"{self._key} ports", lambda: follow_ports(world))
+        return NearTransport.of(world, self.anchor(), followed)
 
     def _near_object(self, view: View) -> NearObject | None:
         """The object of a view, in its place, for compressed transport."""

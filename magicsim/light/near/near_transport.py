@@ -7,6 +7,7 @@ meets ports again. Light that leaves the block reaches the object out of ports a
 changes those in turn.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Self
 
@@ -71,11 +72,16 @@ class PortLight:
     """These with more of their rays, for what a glossy object mirrors."""
 
     @classmethod
-    def of(cls, world: LitWorld, rest: Untouched) -> Self:
-        """Compresses what is known of an untouched sensor, and follows light through its face."""
-        footprint = world.elastomer.design.footprint_mm
-        ports, into = (Ports.of(footprint, *each) for each in (OUT, INTO))
-        leaving = _leaving(world, ports)
+    def of(cls, world: LitWorld, rest: Untouched, followed: Mapping[str, Any]) -> Self:
+        """Compresses what is known of an untouched sensor, beside light that was followed through its face."""
+        into, ports = _ports(world)
+        leaving = _paths(
+            followed["direct"],
+            sp.csr_matrix((followed["data"], followed["indices"], followed["indptr"]), followed["shape"]),
+            followed["rays"],
+            followed["owner"],
+            OUT_PATHS,
+        )
         still = [field for name, field in rest.fields.items() if name == ENVIRONMENT]
         whole, room = (
             leaving.response @ _values(world, total([world.darkness(), *fields]))
@@ -87,7 +93,7 @@ class PortLight:
         lines = rays_along(table[:, :3], table[:, 3:WEIGHT])
         weights = (table[:, WEIGHT].astype(np.float64), (owner, np.arange(len(owner))))
         return cls(
-            brought=_brought(world, into), into=into, ports=ports, room=room, lines=lines,
+            brought=followed["brought"], into=into, ports=ports, room=room, lines=lines,
             strips=leaving.direct + whole - room,
             sums=sp.csr_matrix(weights, (into.count + ports.count, len(owner))), leaving=leaving.response,
             seen=_thinned(paths, SEEN_RAYS), mirror=_thinned(paths, MIRROR_RAYS),
@@ -103,9 +109,9 @@ class NearTransport:
     light: PortLight
 
     @classmethod
-    def of(cls, world: LitWorld, rest: Untouched) -> Self:
-        """For the scene with nothing before the block, and what is known of it untouched."""
-        return cls(world=world, rest=rest, light=PortLight.of(world, rest))
+    def of(cls, world: LitWorld, rest: Untouched, followed: Mapping[str, Any]) -> Self:
+        """For the scene with nothing before the block, what is known of it untouched, and what `follow_ports` gave."""
+        return cls(world=world, rest=rest, light=PortLight.of(world, rest, followed))
 
     def image(
         self, target: NearObject | None, pixels: Numbers, *, seed: int, lamp: LampLight | None = None,
@@ -167,6 +173,24 @@ class NearTransport:
         cells = len(dark.fluence)
         field = replace(dark, fluence=brought[:cells], body=brought[cells:])
         return _values(self.world, field)
+
+
+def follow_ports(world: LitWorld) -> dict[str, npt.NDArray[Any]]:
+    """Light through the face of the scene with nothing before it, which the block alone decides, as arrays."""
+    into, ports = _ports(world)
+    leaving = _leaving(world, ports)
+    response = leaving.response
+    return {
+        "brought": _brought(world, into), "direct": leaving.direct, "data": response.data,
+        "indices": response.indices, "indptr": response.indptr, "shape": np.array(response.shape),
+        "rays": np.array(leaving.rays), "owner": leaving.owner,
+    }  # fmt: skip
+
+
+def _ports(world: LitWorld) -> tuple[Ports, Ports]:
+    """Ports of light that comes in and of light that leaves."""
+    footprint = world.elastomer.design.footprint_mm
+    return Ports.of(footprint, *INTO), Ports.of(footprint, *OUT)
 
 
 class _Room(NamedTuple):

@@ -42,12 +42,12 @@ class UntouchedStore(KeptFiles):
     most_bytes: int = 2_000_000_000
     """A sensor at 240 x 320 pixels takes about 170 MB [bytes]."""
 
-    def load(self, key: str) -> Untouched | None:
-        """The sensor of a key, None where it is not there or cannot be read."""
+    def load(self, key: str, restored: Callable[[Any], Made]) -> Made | None:
+        """What is made of the arrays of a key, None where they are not there or cannot be read."""
         path = self._path(key)
         try:
             with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
-                state = _restored(stored)
+                state = restored(stored)
             self.touch(path)
         except (FileNotFoundError, NotADirectoryError):
             return None
@@ -58,11 +58,11 @@ class UntouchedStore(KeptFiles):
             return None
         return state
 
-    def save(self, key: str, state: Untouched) -> bool:
-        """Keeps a sensor, and lets the oldest go; whether the folder can be written."""
+    def save(self, key: str, arrays: dict[str, Any]) -> bool:
+        """Keeps the arrays of a key, and lets the oldest go; whether the folder can be written."""
         try:
             with result_file(self._path(key)) as partial, partial.open("wb") as file:
-                np.savez(file, **_stored(state))
+                np.savez(file, **arrays)
             self.shrink()
         except (OSError, MagicsimError) as error:
             LOGGER.warning("nothing is kept in %s: %s", self.folder, error)
@@ -91,7 +91,8 @@ def _program() -> str:
     return json.dumps([program_key(VARIANT), str(width), platform.machine(), platform.processor()])
 
 
-def _stored(state: Untouched) -> dict[str, Any]:
+def arrays_of(state: Untouched) -> dict[str, Any]:
+    """A sensor as arrays."""
     paths, names = state.paths, list(state.fields)
     return {
         "about": np.array(json.dumps({"lights": names, "particles": state.particles, "samples": paths.samples,
@@ -107,7 +108,8 @@ def _stored(state: Untouched) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _restored(stored: Any) -> Untouched:
+def untouched_of(stored: Any) -> Untouched:
+    """The sensor of what `arrays_of` gave."""
     from magicsim.light.records.recorded_paths import RecordedPaths
     from magicsim.light.transport.recorded_light import RecordedLight
 
@@ -143,7 +145,7 @@ class UntouchedStates:
     def get(self, key: str, *, on_disk: bool = False) -> Untouched | None:
         """The state of a key, if it is kept; also on disk where that is asked for."""
         if key not in self._states and on_disk and self._store is not None:
-            stored = self._store.load(key)
+            stored = self._store.load(key, untouched_of)
             if stored is not None:
                 self.keep(key, stored)
         if key in self._states:
@@ -160,9 +162,18 @@ class UntouchedStates:
         kept.move_to_end(key)
         return cast("Made", kept[key])
 
+    def arrays(self, key: str, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+        """Arrays that are on disk, or made and kept there."""
+        stored = self._store.load(key, dict) if self._store is not None else None
+        if stored is None:
+            stored = make()
+            if self._store is not None and not self._store.save(key, stored):
+                self._store = None
+        return stored
+
     def keep(self, key: str, state: Untouched, *, on_disk: bool = False) -> None:
         """Keeps a state, and lets the one go that was not asked for the longest."""
-        if on_disk and self._store is not None and not self._store.save(key, state):
+        if on_disk and self._store is not None and not self._store.save(key, arrays_of(state)):
             self._store = None
         self._states[key] = state
         while len(self._states) > 2 * KEPT:

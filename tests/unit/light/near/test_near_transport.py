@@ -5,7 +5,7 @@ import pytest
 
 from magicsim.light.backend import VARIANT, dr
 from magicsim.light.near.near_object import NearObject
-from magicsim.light.near.near_transport import NearTransport, PortLight
+from magicsim.light.near.near_transport import NearTransport, follow_ports
 from magicsim.light.transport.light_pass import FIXED_POINT
 from magicsim.light.transport.light_starts import LightStarts
 from magicsim.light.world.finish import Finish
@@ -45,7 +45,7 @@ def sensor():
 @pytest.fixture(scope="module")
 def transport(sensor):
     world, rest = sensor.renderer.light(View()), sensor.renderer.anchor()
-    return NearTransport(world=world, rest=rest, light=PortLight.of(world, rest))
+    return NearTransport.of(world, rest, follow_ports(world))
 
 
 def look(transport, target, room, *, rays):

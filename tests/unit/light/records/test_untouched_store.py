@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from magicsim.light.backend import VARIANT
-from magicsim.light.records.untouched_store import UntouchedStates, UntouchedStore, default_store
+from magicsim.light.records.untouched_store import (
+    UntouchedStates,
+    UntouchedStore,
+    arrays_of,
+    default_store,
+    untouched_of,
+)
 from magicsim.scenes.scene import load_scene
 from magicsim.simulation.sensor import Sensor
 
@@ -48,6 +54,18 @@ def test_a_kept_sensor_is_not_rendered_again(store, monkeypatch):
     assert kept.renderer.anchor().image.shape == (28, 24, 3)
 
 
+def test_light_through_the_face_is_followed_once(store, monkeypatch):
+    def near(store):
+        made = sensor(store)
+        return made.renderer.compressed(made.view(made.states[0], made.rest))
+
+    alone = near(None)
+    assert alone is not None
+    np.testing.assert_array_equal(near(store), alone)
+    monkeypatch.setattr("magicsim.light.renderer.follow_ports", lambda _: pytest.fail("followed again"))
+    np.testing.assert_array_equal(near(store), alone)
+
+
 @pytest.mark.parametrize(
     "spoil", [lambda data: b"", lambda data: data[:-100], lambda data: data[:900] + b"!" + data[901:]]
 )
@@ -63,21 +81,21 @@ def test_several_writers_leave_one_whole_file(store):
     made = sensor(store)
     state = made.renderer.anchor()
     with ThreadPoolExecutor(4) as pool:
-        list(pool.map(lambda _: store.save("key", state), range(12)))
+        list(pool.map(lambda _: store.save("key", arrays_of(state)), range(12)))
     assert len(store.files()) == 2
-    np.testing.assert_array_equal(store.load("key").image, state.image)
+    np.testing.assert_array_equal(store.load("key", untouched_of).image, state.image)
 
 
 def test_the_oldest_go_and_foreign_files_stay(store):
     state = sensor(None).renderer.anchor()
-    store.save("first", state)
+    store.save("first", arrays_of(state))
     foreign = [store.folder / name for name in ("notes.txt", "magicsim-untouched-mine.npz")]
     for path in foreign:
         path.write_text("mine")
     store = UntouchedStore(folder=store.folder, most_bytes=int(1.5 * store.size_bytes()))
-    store.save("second", state)
-    assert store.load("first") is None
-    assert store.load("second") is not None
+    store.save("second", arrays_of(state))
+    assert store.load("first", untouched_of) is None
+    assert store.load("second", untouched_of) is not None
     assert store.clear() == 1
     assert [path.read_text() for path in foreign] == ["mine", "mine"]
 
