@@ -191,11 +191,8 @@ class Assembly:
             tables = (as_schema(read_rows(self.out / _staged(episode)), self.schema) for episode in episodes)
             with self.ledger.writing(plan.file) as partial:
                 rows = write_rows(partial, tables, self.schema)
-            written = self.ledger.listed(plan.file)
-            self._shards[plan.file] = ShardEntry(
-                file=plan.file, split=plan.split, episodes=episodes, rows=rows,
-                size=written.size or 0, sha256=written.sha256,
-            )  # fmt: skip
+            entry = ShardEntry.of(self.ledger, plan.file, split=plan.split, episodes=episodes, rows=rows)
+            self._shards[plan.file] = entry
         self._closed.add(number)
         self.write_manifest()
         for episode in plan.episodes:

@@ -6,8 +6,7 @@ reading, 1 s after contact; with `contact.rate_dependent` they follow the relaxa
 nobody knows has None, and so has the total. Of images it states the camera's noise and the renderer's error.
 """
 
-import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -75,11 +74,6 @@ def force_error(recipe: Recipe) -> dict[str, Share | None]:
     return {**parts, "total": (-low, high)}
 
 
-def as_metadata(recipe: Recipe) -> dict[str, str]:
-    """For the field of a Parquet file, as JSON under `relative_error`; null is an error that is not known."""
-    return {"relative_error": json.dumps(force_error(recipe))}
-
-
 def as_sentence(recipe: Recipe) -> str:
     """For the dataset card."""
     parts = ", ".join(
@@ -116,26 +110,29 @@ def tier_sentence(checked: Sequence[TierError]) -> str:
     )
 
 
+def card_header(license: str | None, tags: Iterable[str], splits: Iterable[str]) -> str:
+    """The lines of a card's header, which name the files of each split."""
+    licence = f"license: {license}\n" if license is not None else ""
+    files = "".join(f"\n  - split: {split}\n    path: data/{split}-*.parquet" for split in splits)
+    labels = "\n".join(f"- {tag}" for tag in tags)
+    return f"{licence}tags:\n{labels}\nconfigs:\n- config_name: default\n  default: true\n  data_files:{files}"
+
+
+def card_columns(columns: Iterable[Column]) -> str:
+    """The table of what columns mean."""
+    rows = "\n".join(f"| `{column.name}` | {column.meaning} |" for column in columns)
+    return f"| column | meaning |\n|---|---|\n{rows}"
+
+
 def dataset_card(
     recipe: Recipe, columns: list[Column], versions: dict[str, str], checked: Sequence[TierError] = ()
 ) -> str:
     """Markdown with a YAML header that names the files of each split."""
     tier = f"\n{tier_sentence(checked)}\n" if recipe.render.tier == "fast" else ""
     splits = Layout(recipe).splits
-    licence = f"license: {recipe.license}\n" if recipe.license is not None else ""
-    files = "\n".join(f"  - split: {split}\n    path: data/{split}-*.parquet" for split in splits)
-    rows = "\n".join(f"| `{column.name}` | {column.meaning} |" for column in columns)
     made_by = ", ".join(f"{name} {version}" for name, version in versions.items())
     return f"""---
-{licence}tags:
-- robotics
-- tactile
-- synthetic
-configs:
-- config_name: default
-  default: true
-  data_files:
-{files}
+{card_header(recipe.license, ("robotics", "tactile", "synthetic"), splits)}
 - config_name: sensors
   data_files:
   - split: train
@@ -164,9 +161,7 @@ frames = load_dataset("path/to/this/folder", split="{splits[0]}")
 print(frames[0]["image"], frames[0]["force_n"])
 ```
 
-| column | meaning |
-|---|---|
-{rows}
+{card_columns(columns)}
 
 `sensors.parquet` has the design, rig, calibration and lattice of each printed sensor; `calibration.json` is that of the
 sensor without tolerances; `manifest.json` lists every file with its SHA-256 (`magicsim dataset verify`).

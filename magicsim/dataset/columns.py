@@ -1,11 +1,12 @@
 """Which columns the rows of a recipe have, and those of recorded frames."""
 
 import csv
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
-from magicsim.dataset.card import as_metadata
+from magicsim.dataset.card import force_error
 from magicsim.dataset.recipes.draw import drawn_names
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.shard import Column, array, image, value, vector
@@ -34,7 +35,7 @@ def columns_of(recipe: Recipe) -> list[Column]:
     """All columns, in order."""
     camera, strips = recipe.rig.camera, len(recipe.rig.strips)
     led = vector("led_radiance", 3 * strips, "radiance of each LED strip, RGB, in the rig's order")
-    error = as_metadata(recipe)
+    error = {"relative_error": json.dumps(force_error(recipe))}  # null is one that is not known
     return [
         *(replace(each, metadata=error) if each.name == "force_n" else each for each in PARTS["moment"]),
         *_large(recipe, (camera.rows, camera.columns)),

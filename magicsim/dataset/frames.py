@@ -16,7 +16,7 @@ import numpy.typing as npt
 import pyarrow as pa
 
 from magicsim.arrays import AnyArray, Index, Mask
-from magicsim.dataset.export.source import BYTES, MATRIX, Source, matrix, open_dataset
+from magicsim.dataset.export.source import BYTES, MATRIX, VECTOR, Source, matrix, open_dataset
 from magicsim.dataset.manifest import check_size
 from magicsim.dataset.shard import Column, decoded_png
 from magicsim.errors import ConfigError, OutputError, unknown_choice
@@ -180,17 +180,15 @@ def _copied(source: Source, columns: Sequence[Column], keep: Path) -> Path:
     names = ",".join(column.name for column in columns)
     path = keep / f"{hashlib.sha256(f'{COPIED}{hashes}{names}'.encode()).hexdigest()[:32]}.arrow"
     schema = pa.schema([pa.field(each.name, each.arrow) for each in columns])
-    if _is_whole(path, schema, sum(source.rows(split) for split in source.splits)):
-        for split in source.splits:
-            for shard in source.shards(split):
-                check_size(source.folder, shard.file, shard.listed)
+    shards = [shard for split in source.splits for shard in source.shards(split)]
+    if _is_whole(path, schema, sum(shard.rows for shard in shards)):
+        for shard in shards:
+            check_size(source.folder, shard.file, shard.listed)
         kept_copies(keep).touch(path)
         return path
     with result_file(path) as partial, pa.OSFile(str(partial), "wb") as sink, pa.ipc.new_file(sink, schema) as writer:
-        for split in source.splits:
-            for shard in source.shards(split):
-                for table in source.episodes(shard):
-                    writer.write_table(table.select([column.name for column in columns]).cast(schema))
+        for table in (table for shard in shards for table in source.episodes(shard)):
+            writer.write_table(table.select([column.name for column in columns]).cast(schema))
     kept_copies(keep).shrink()
     _mapped.cache_clear()  # there may have been a damaged one of this name
     return path
@@ -212,8 +210,6 @@ def _plain_value(column: Column, value: pa.Scalar) -> Any:  # noqa: ANN401 - as 
     kind = column.feature["_type"]
     if kind == MATRIX:
         return matrix(value)
-    if kind == "Sequence":
-        plain = value.as_py()
-        return np.array(plain if plain is not None else column.empty)
     plain = value.as_py()
-    return column.empty if plain is None else plain
+    plain = column.empty if plain is None else plain
+    return np.array(plain) if kind == VECTOR else plain

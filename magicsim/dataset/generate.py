@@ -17,7 +17,7 @@ from magicsim.config.program import versions
 from magicsim.dataset.assembly import Assembly
 from magicsim.dataset.card import dataset_card
 from magicsim.dataset.columns import columns_of
-from magicsim.dataset.manifest import CALIBRATION, CARD, CONFIG, FOLDER, SENSORS, Manifest
+from magicsim.dataset.manifest import CALIBRATION, CARD, CONFIG, FOLDER, SENSORS, Manifest, with_files
 from magicsim.dataset.recipes.draw import Drawn, DrawnEpisode, draw_episodes, draw_sensors, sensor_of
 from magicsim.dataset.recipes.estimate import Cost, estimate
 from magicsim.dataset.recipes.recipe import Recipe
@@ -176,10 +176,7 @@ def _begin(recipe: Recipe, out: Path, columns: list[Column], variant: str) -> As
         CALIBRATION: nominal_calibration(recipe),
         SENSORS: sensors_table(sensors),
     }
-    for name, content in contents.items():
-        ledger.place(name, content)
-    files = {name: ledger.listed(name).sha256 for name in contents}
-    return Assembly(ledger, recipe, manifest.model_copy(update={"files": files}), schema_of_columns(columns))
+    return Assembly(ledger, recipe, with_files(manifest, ledger, contents), schema_of_columns(columns))
 
 
 def _check_forces(episodes: Iterable[DrawnEpisode]) -> None:
@@ -225,9 +222,8 @@ def _tell_tier(recipe: Recipe, assembly: Assembly, columns: list[Column]) -> Non
     tables = [pq.read_table(assembly.out / entry.file, columns=names) for entry in assembly.manifest.shards]
     rows = [row for table in tables for row in zip(*(table[name].to_pylist() for name in names), strict=True)]
     checked = [TierError(*row) for row in rows if not math.isnan(row[0])]
-    assembly.ledger.place(CARD, dataset_card(recipe, columns, assembly.manifest.versions, checked).encode())
-    files = assembly.manifest.files | {CARD: assembly.ledger.listed(CARD).sha256}
-    assembly.manifest = assembly.manifest.model_copy(update={"files": files})
+    card = dataset_card(recipe, columns, assembly.manifest.versions, checked).encode()
+    assembly.manifest = with_files(assembly.manifest, assembly.ledger, {CARD: card})
 
 
 def _complete(

@@ -1,16 +1,16 @@
 """What a dataset's folder holds, with the hash of every file: `manifest.json`; `recorded.json` of a real sensor's."""
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import Field
 
 from magicsim.config.documents import read_json
 from magicsim.config.models import Config, validate
 from magicsim.errors import MagicsimError, OutputError
-from magicsim.folder.ledger import WORK
+from magicsim.folder.ledger import WORK, Ledger
 from magicsim.folder.listing import Listed
 from magicsim.workers.run_folder import FolderIndex, RunFolder
 
@@ -33,6 +33,13 @@ class ShardEntry(Config):
     size: int
     """Bytes."""
     sha256: str
+
+    @classmethod
+    def of(cls, ledger: Ledger, file: str, *, split: str, episodes: tuple[int, ...], rows: int) -> Self:
+        """The entry of a file that a ledger has written."""
+        written = ledger.listed(file)
+        size = written.size or 0
+        return cls(file=file, split=split, episodes=episodes, rows=rows, size=size, sha256=written.sha256)
 
     @property
     def listed(self) -> Listed:
@@ -90,6 +97,21 @@ FOLDER = RunFolder(
     is_worth_keeping=lambda out, index: bool(index.shards or index.failed) or any(out.glob(STAGED)),
 )  # fmt: skip
 read_manifest = FOLDER.read_index
+
+
+def known_manifest(folder: Path) -> Manifest:
+    """The manifest of a folder; `OutputError` where it holds no dataset."""
+    if (manifest := read_manifest(folder)) is None:
+        raise OutputError(f"'{folder}' holds no dataset: {MANIFEST} is missing")
+    return manifest
+
+
+def with_files(manifest: Manifest, ledger: Ledger, contents: Mapping[str, bytes]) -> Manifest:
+    """Writes files beside the shards, and lists them in the manifest with those that it lists already."""
+    for name, content in contents.items():
+        ledger.place(name, content)
+    files = manifest.files | {name: ledger.listed(name).sha256 for name in contents}
+    return manifest.model_copy(update={"files": files})
 
 
 def check_size(folder: Path, name: str, listed: Listed) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import cv2
 import numpy as np
@@ -33,9 +33,6 @@ from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
 from magicsim.workers.attempt import WorkerOptions, bound_threads, usable_cores
 from magicsim.workers.tasks import run_tasks
 
-if TYPE_CHECKING:
-    from magicsim.simulation.sensor import Sensor
-
 SAMPLES, PARTICLES = 3, 10_000
 SHRINK, ENLARGE = 4, 2
 """Factors by which a preview is rendered with fewer rows and columns, and shown larger."""
@@ -43,6 +40,11 @@ SPACING_MM = 2.0
 """Lattice of a preview: forces are rough, contact is where it will be."""
 COUNTED = 10_000
 """Most episodes that are counted."""
+QUALITY = (
+    f"Preview: 1/{SHRINK} of the pixels a side, {SAMPLES} samples, {PARTICLES:,} particles, lattice nodes "
+    f"{SPACING_MM:g} mm apart, no friction, exposure of the sensor without tolerances."
+)
+"""What a preview leaves out, in a line."""
 MARGIN, LINE, LETTER, TEXT_PX = 6, 14, 7, 0.36
 PAPER, INK = 255, (30, 30, 30)
 SHEETS = "sheet_sha256"
@@ -82,7 +84,7 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
     }
     cost = estimate(recipe, episodes, processes=options.workers)
     step = odd_step(len(episodes), COUNTED)
-    counted = quality() if step == 1 else f"{quality()} Statistics of every {step}th episode."
+    counted = QUALITY if step == 1 else f"{QUALITY} Statistics of every {step}th episode."
     statistics = recipe_statistics(recipe, episodes[::step]) | {
         "preview": counted,
         "estimated_hours": round(cost.seconds(usable_cores()) / 3600, 3),
@@ -90,7 +92,7 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
     }
     camera = metering.rig.camera
     tiles = [(images.get(each.index), captions(each)) for each in chosen]
-    sheet = contact_sheet(tiles, ENLARGE * camera.rows, ENLARGE * camera.columns, note=quality())
+    sheet = contact_sheet(tiles, ENLARGE * camera.rows, ENLARGE * camera.columns, note=QUALITY)
     write_preview(out, cv2.imencode(".png", sheet[:, :, ::-1])[1].tobytes(), statistics)
     return Preview(
         samples=len(images),
@@ -105,10 +107,11 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
 def preview_frame(scenes: tuple[DrawnEpisode, SceneConfig]) -> Frame:
     """The coarse frame of one episode as a screen shows it, shape (rows, columns, 3)."""
     from magicsim.camera.exposure import expose, meter
+    from magicsim.simulation.sensor import Sensor
 
     episode, metering = scenes
     scene = at_force(episode)[0].scene
-    sensor, state = _sensor(scene), timeline(scene)[0]
+    sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest) if state.can_touch else sensor.rest
     radiance, camera = sensor.radiance(state, deformation), scene.rig.camera
     exposure = meter(_untouched(metering.model_dump_json()), camera, metering.rig.lit)
@@ -118,14 +121,10 @@ def preview_frame(scenes: tuple[DrawnEpisode, SceneConfig]) -> Frame:
 @lru_cache(maxsize=1)
 def _untouched(scene: str) -> npt.NDArray[np.float32]:
     """Radiance of an untouched sensor, rendered once in each process."""
-    sensor = _sensor(SceneConfig.model_validate_json(scene))
-    return sensor.radiance(UNTOUCHED, sensor.rest)
-
-
-def _sensor(scene: SceneConfig) -> "Sensor":
     from magicsim.simulation.sensor import Sensor
 
-    return Sensor.for_scene(scene)
+    sensor = Sensor.for_scene(SceneConfig.model_validate_json(scene))
+    return sensor.radiance(UNTOUCHED, sensor.rest)
 
 
 def captions(episode: DrawnEpisode) -> list[str]:
@@ -185,9 +184,9 @@ def recipe_statistics(recipe: Recipe, episodes: Sequence[DrawnEpisode]) -> dict[
         "frames": sum(frames.values()),
         "sensors": len({episode.sensor for episode in episodes}),
         "frames_by_class": dict(sorted(frames.items())),
-        "episodes_by_path": _sorted(Counter(episode.path_kind for episode in episodes)),
-        "episodes_by_object": _sorted(Counter(kinds)),
-        "episodes_by_split": _sorted(Counter(split_of(recipe, episode.index) for episode in episodes)),
+        "episodes_by_path": dict(sorted(Counter(episode.path_kind for episode in episodes).items())),
+        "episodes_by_object": dict(sorted(Counter(kinds).items())),
+        "episodes_by_split": dict(sorted(Counter(split_of(recipe, each.index) for each in episodes).items())),
         "drawn": {name: _spread(drawn[name]) for name in sorted(drawn)},
     }
 
@@ -198,10 +197,6 @@ def _class(state: FrameState, *, by_force: bool) -> str:
         return f"{FrameClass.CONTACT} or {LIGHT_TOUCH}"
     found = classify_frame(gap_mm=state.gap_mm, force_n=float(touching), light_on=state.flashlight)
     return frame_label(found, touches=touching) or "between"
-
-
-def _sorted(counts: Counter[str]) -> dict[str, int]:
-    return dict(sorted(counts.items()))
 
 
 def _spread(values: list[float]) -> dict[str, float]:
@@ -232,14 +227,6 @@ def metering_scene(recipe: Recipe, episode: DrawnEpisode) -> SceneConfig:
     """The untouched sensor without tolerances, as coarse, which the exposure of all previews is metered on."""
     own = {"design": recipe.design.model_dump(), "rig": recipe.rig.model_dump(), "object": None, "seed": recipe.seed}
     return _coarse(episode.scene.model_dump() | own | {"keyframes": [{"frame": 0}]})
-
-
-def quality() -> str:
-    """What a preview leaves out, in a line."""
-    return (
-        f"Preview: 1/{SHRINK} of the pixels a side, {SAMPLES} samples, {PARTICLES:,} particles, lattice nodes "
-        f"{SPACING_MM:g} mm apart, no friction, exposure of the sensor without tolerances."
-    )
 
 
 def _coarse(data: dict[str, Any]) -> SceneConfig:

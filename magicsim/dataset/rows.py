@@ -5,21 +5,28 @@ Where a press ends at a force, its depth is found by pressing, and stands in the
 
 import io
 import json
-import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-import cv2
 import numpy as np
-import numpy.typing as npt
 import pyarrow as pa
 
 from magicsim.camera.projection import CameraCalibration, calibrate_camera
 from magicsim.dataset.columns import DRAWN
 from magicsim.dataset.recipes.draw import DrawnEpisode, DrawnSensor
 from magicsim.dataset.recipes.recipe import Recipe
-from magicsim.dataset.shard import ROWS_A_GROUP, Column, array, rows_as_bytes, schema_of_columns, value, write_rows
+from magicsim.dataset.shard import (
+    ROWS_A_GROUP,
+    Column,
+    array,
+    png_cell,
+    rows_as_bytes,
+    schema_of_columns,
+    table_of_rows,
+    value,
+    write_rows,
+)
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.indentation.force import DIGITS, press_to_force
 from magicsim.deform.lattice.structure import box_lattice
@@ -101,12 +108,7 @@ def episode_table(
     for column in columns:
         if rows and column.name not in rows[0] and not column.name.startswith(DRAWN):
             raise ValueError(f"column '{column.name}' is declared in `columns_of`, and nothing fills it")
-    arrays = []
-    for column in columns:
-        values: list[Any] = [row[column.name] if row.get(column.name) is not None else column.empty for row in rows]
-        nested = column.feature["_type"] == "Array2D"
-        arrays.append(_nested(values, column.arrow) if nested else pa.array(values, column.arrow))
-    return pa.Table.from_arrays(arrays, schema=schema_of_columns(columns))
+    return table_of_rows(rows, columns)
 
 
 def frame_rows(
@@ -115,11 +117,6 @@ def frame_rows(
     """The columns of each frame that do not come from a recipe."""
     shared = _of_scene(scene, calibration)
     return (_row(frame, scene) | shared for frame in frames)
-
-
-def drawn_columns(values: dict[str, float]) -> dict[str, float]:
-    """Drawn values by the names of their columns."""
-    return {f"{DRAWN}{name}": value for name, value in values.items()}
 
 
 def _of_scene(scene: SceneConfig, calibration: CameraCalibration) -> dict[str, Any]:
@@ -155,8 +152,8 @@ def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
         touched
         | truth_row(frame)
         | {
-            "image": _png(cv2.cvtColor(frame.image, cv2.COLOR_RGB2BGR)),
-            "contact_mask": _png(mask.astype(np.uint8) * 255) if mask is not None else None,
+            "image": png_cell(frame.image),
+            "contact_mask": png_cell(mask.astype(np.uint8) * 255) if mask is not None else None,
             "depth_map_mm": np.rint(depth / DEPTH_STEP_MM) * DEPTH_STEP_MM + 0.0 if depth is not None else None,
             "displacements_mm": frame.labels.displacements_mm,
             "markers_mm": frame.labels.markers_mm,
@@ -168,19 +165,6 @@ def _row(frame: SimulatedFrame, scene: SceneConfig) -> dict[str, Any]:
         }
         | ({f"tier_{name}": value for name, value in zip(TierError._fields, error or NONE, strict=True)})
     )
-
-
-def _png(pixels: npt.NDArray[Any]) -> dict[str, Any]:
-    return {"bytes": cv2.imencode(".png", pixels)[1].tobytes(), "path": None}
-
-
-def _nested(values: list[npt.NDArray[Any]], arrow: pa.DataType) -> pa.Array:
-    """Matrices as lists of lists, without a Python object for each number."""
-    flat = pa.array(np.concatenate([each.ravel() for each in values]), arrow.value_type.value_type)
-    widths = np.concatenate([np.full(len(each), each.shape[1]) for each in values])
-    lengths = [len(each) for each in values]
-    inner = pa.ListArray.from_arrays(pa.array(np.concatenate([[0], np.cumsum(widths)]), pa.int32()), flat)
-    return pa.ListArray.from_arrays(pa.array(np.concatenate([[0], np.cumsum(lengths)]), pa.int32()), inner)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -201,7 +185,7 @@ def simulate_sample(task: SampleTask) -> bytes:
     sensor.known = known
     sensor.emulation.checked_share = CHECKED_SHARE
     frames = list(stream_frames(sensor, plan_scene(scene)))
-    constants = task.constants | drawn_columns(episode.values)
+    constants = task.constants | {f"{DRAWN}{name}": number for name, number in episode.values.items()}
     constants |= {"episode": episode.index, "sensor": episode.sensor, "path_kind": episode.path_kind}
     calibration = calibrate_camera(scene.design, scene.rig)
     return rows_as_bytes(episode_table(frames, scene, calibration, task.columns, constants))
@@ -223,16 +207,9 @@ def sensors_table(sensors: Sequence[DrawnSensor]) -> bytes:
         array("lattice_nodes_mm", (None, 3), "rest positions of its lattice nodes [mm]", dtype="float64"),
         *(value(f"drawn.{name}", "float64", "drawn value, NaN where nothing is drawn") for name in names),
     ]
-    schema = schema_of_columns(columns)
-
-    def table(some: Sequence[DrawnSensor]) -> pa.Table:
-        rows = [_sensor_row(sensor) for sensor in some]
-        arrays = [pa.array([row.get(column.name, math.nan) for row in rows], column.arrow) for column in columns]
-        return pa.Table.from_arrays(arrays, schema=schema)
-
-    sink = io.BytesIO()
-    begins = range(0, len(sensors), ROWS_A_GROUP)
-    write_rows(sink, (table(sensors[begin : begin + ROWS_A_GROUP]) for begin in begins), schema)
+    sink, begins = io.BytesIO(), range(0, len(sensors), ROWS_A_GROUP)
+    rows = ([_sensor_row(each) for each in sensors[begin : begin + ROWS_A_GROUP]] for begin in begins)
+    write_rows(sink, (table_of_rows(each, columns) for each in rows), schema_of_columns(columns))
     return sink.getvalue()
 
 
@@ -244,5 +221,5 @@ def _sensor_row(sensor: DrawnSensor) -> dict[str, object]:
         "design": sensor.design.model_dump_json(),
         "rig": sensor.rig.model_dump_json(),
         "calibration": json.dumps(asdict(calibrate_camera(sensor.design, sensor.rig))),
-        "lattice_nodes_mm": lattice.nodes_mm.tolist(),
+        "lattice_nodes_mm": lattice.nodes_mm,
     } | {f"drawn.{name}": number for name, number in sensor.values.items()}

@@ -8,7 +8,7 @@ without which it would be read as plain lists.
 import io
 import json
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -81,7 +81,33 @@ def array(name: str, shape: tuple[int | None, int], meaning: str, *, dtype: str 
     )
 
 
-def schema_of_columns(columns: list[Column]) -> pa.Schema:
+def table_of_rows(rows: Sequence[Mapping[str, Any]], columns: Sequence[Column]) -> pa.Table:
+    """Rows under the columns' schema; what a row lacks is empty there."""
+    arrays = []
+    for each in columns:
+        values: list[Any] = [row[each.name] if row.get(each.name) is not None else each.empty for row in rows]
+        is_matrix = each.feature["_type"] == "Array2D"
+        arrays.append(_nested(values, each.arrow) if is_matrix else pa.array(values, each.arrow))
+    return pa.Table.from_arrays(arrays, schema=schema_of_columns(columns))
+
+
+def _nested(values: list[npt.ArrayLike], arrow: pa.DataType) -> pa.Array:
+    """Matrices as lists of lists, without a Python object for each number."""
+    matrices = [np.asarray(each) for each in values]
+    flat = pa.array(np.concatenate([each.ravel() for each in matrices]), arrow.value_type.value_type)
+    widths = np.concatenate([np.full(len(each), each.shape[1]) for each in matrices])
+    lengths = [len(each) for each in matrices]
+    inner = pa.ListArray.from_arrays(pa.array(np.concatenate([[0], np.cumsum(widths)]), pa.int32()), flat)
+    return pa.ListArray.from_arrays(pa.array(np.concatenate([[0], np.cumsum(lengths)]), pa.int32()), inner)
+
+
+def png_cell(pixels: npt.NDArray[np.uint8]) -> dict[str, Any]:
+    """A cell of a column of images, from RGB pixels, shape (rows, columns, 3), or a mask, (rows, columns)."""
+    shown = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR) if pixels.ndim == 3 else pixels  # noqa: PLR2004
+    return {"bytes": cv2.imencode(".png", shown)[1].tobytes(), "path": None}
+
+
+def schema_of_columns(columns: Sequence[Column]) -> pa.Schema:
     """Arrow schema that `datasets` reads with the right features."""
     features = {column.name: column.feature for column in columns}
     metadata = {"huggingface": json.dumps({"info": {"features": features}})}

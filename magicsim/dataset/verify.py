@@ -11,11 +11,11 @@ import pyarrow.parquet as pq
 from magicsim.config.named_files import named_files
 from magicsim.config.program import SOURCES
 from magicsim.dataset.assembly import Layout
-from magicsim.dataset.manifest import CONFIG, FOLDER, MANIFEST, PREVIEW_FILES, Manifest, ShardEntry, read_manifest
+from magicsim.dataset.manifest import CONFIG, FOLDER, MANIFEST, PREVIEW_FILES, Manifest, ShardEntry, known_manifest
 from magicsim.dataset.preview import changed_preview
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
 from magicsim.dataset.shard import decoded_png
-from magicsim.errors import MagicsimError, OutputError
+from magicsim.errors import MagicsimError
 from magicsim.folder.ledger import WORK
 from magicsim.folder.listing import files_below, sha256_of
 from magicsim.folder.target import is_lock
@@ -48,9 +48,7 @@ class Verification:
 
 def verify_dataset(folder: Path) -> Verification:
     """Reads everything; `OutputError` where the folder holds no dataset."""
-    manifest = read_manifest(folder)
-    if manifest is None:
-        raise OutputError(f"'{folder}' holds no dataset: {MANIFEST} is missing")
+    manifest = known_manifest(folder)
     problems = [*_itself(folder, manifest), *_files(folder, manifest), *_strangers(folder, manifest)]
     problems += [f"{ERRORS}: line {number} has changed since it was written" for number in changed_lines(folder)]
     problems += [f"{name}: changed since it was written" for name in changed_preview(folder)]

@@ -134,7 +134,8 @@ def fit_profile(
     if missing:
         raise ConfigError(f"training episodes hold no frame of class {', '.join(missing)}; every class is needed")
     options = list(product(tried.tau_b, tried.polarity, tried.grid_blur_px, tried.surround_px))
-    owner, clear = _owners(episodes), np.array([each is FrameClass.CLEAR for each in classes])
+    counts = [len(scored_classes([episode])) for episode in episodes]
+    owner, clear = np.repeat(np.arange(len(episodes)), counts), np.array([each is FrameClass.CLEAR for each in classes])
     at_rest = [clear & (owner == number) for number in range(len(episodes))]
     similarities = measure_similarity(episodes, base, options, tried.similarity)
     scores: list[CandidateScore] = []
@@ -163,12 +164,6 @@ def fit_profile(
                 )
             )
     return Calibration(best=_best(scores), candidates=tuple(scores))
-
-
-def _owners(episodes: Sequence[Episode]) -> npt.NDArray[np.int64]:
-    """Number of the episode of each scored frame."""
-    counts = [sum(each is not None for each in episode.classes) for episode in episodes]
-    return np.repeat(np.arange(len(episodes)), counts)
 
 
 def held_out_accuracy(

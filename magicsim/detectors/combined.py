@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 import numpy.typing as npt
 
 from magicsim.detectors.features import (
-    brightening_correlation,
-    brightening_entropy,
+    brightening,
     decide_contact,
     decide_proximity,
     filter_channels,
@@ -47,18 +46,11 @@ def detect(
     if rest is not None:
         image = check_frame(frame, shape=rest.shape)
         told = rest.relative(rest.features(rest.matched(image), references, profile), profile)
-        return judge(entropy=told[0], correlation=told[1], similarity=told[2], profile=profile, source=source)
-    image = check_frame(frame, shape=references.background.ceiling.shape)
-    filtered = filter_channels(image, references.background)
-    return judge(
-        entropy=brightening_entropy(
-            filtered, bins=profile.entropy_bins, grey=profile.grey, rounding=profile.grey_rounding
-        ),
-        correlation=brightening_correlation(filtered, constant=profile.constant_channel),
-        similarity=grid_similarity(grid_areas(image, references.grid), profile.similarity),
-        profile=profile,
-        source=source,
-    )
+    else:
+        image = check_frame(frame, shape=references.background.ceiling.shape)
+        similarity = grid_similarity(grid_areas(image, references.grid), profile.similarity)
+        told = (*brightening(filter_channels(image, references.background), profile), similarity)
+    return judge(entropy=told[0], correlation=told[1], similarity=told[2], profile=profile, source=source)
 
 
 def detect_stream(

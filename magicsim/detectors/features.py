@@ -9,7 +9,7 @@ where a frame shows grid that the reference does not.
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import cv2
@@ -87,15 +87,16 @@ def brightening_correlation(filtered: Frame, *, constant: ConstantChannel = "zer
     """
     planes = cv2.split(filtered)
     pixels = planes[0].size
-    sums = [_whole(cv2.sumElems(plane)[0]) for plane in planes]
-    squares = [_whole(cv2.norm(plane, cv2.NORM_L2SQR)) for plane in planes]
+    # OpenCV's floats may be squared roots and off in the last bit; what is behind them is whole.
+    sums = [round(cv2.sumElems(plane)[0]) for plane in planes]
+    squares = [round(cv2.norm(plane, cv2.NORM_L2SQR)) for plane in planes]
     variances = [pixels * square - total * total for square, total in zip(squares, sums, strict=True)]
     total, counted = 0.0, 0
     for first, second in combinations(range(len(planes)), 2):
         if variances[first] == 0 or variances[second] == 0:
             counted += constant == "zero"
             continue
-        difference = _whole(cv2.norm(planes[first], planes[second], cv2.NORM_L2SQR))
+        difference = round(cv2.norm(planes[first], planes[second], cv2.NORM_L2SQR))
         product = (squares[first] + squares[second] - difference) // 2
         covariance = pixels * product - sums[first] * sums[second]
         total += covariance / math.sqrt(variances[first] * variances[second])
@@ -103,9 +104,12 @@ def brightening_correlation(filtered: Frame, *, constant: ConstantChannel = "zer
     return min(1.0, max(-1.0, total / counted)) if counted else 0.0
 
 
-def _whole(total: float) -> int:
-    """The whole number behind OpenCV's float, which may be a squared root and off in the last bit."""
-    return round(total)
+def brightening(filtered: Frame, profile: DetectorProfile) -> tuple[float, float]:
+    """E [bit] and C of the filtered channels by a profile's options."""
+    return (
+        brightening_entropy(filtered, bins=profile.entropy_bins, grey=profile.grey, rounding=profile.grey_rounding),
+        brightening_correlation(filtered, constant=profile.constant_channel),
+    )
 
 
 def decide_proximity(entropy: float, correlation: float, profile: DetectorProfile) -> Proximity:
@@ -221,17 +225,14 @@ def measure_brightening(
     Raises:
         FrameError: A frame is not an image of its episode's size, or an episode has too few references.
     """
-    entropies, correlations = [], []
+    found: list[tuple[float, float]] = []
     for episode in episodes:
         references = _checked_references(episode, base)
         background = fuse_background(references, count=base.background_count, blur_px=difference_blur_px)
-        for frame in _scored_frames(episode, references[0].shape):
-            filtered = filter_channels(frame, background)
-            entropies.append(
-                brightening_entropy(filtered, bins=base.entropy_bins, grey=base.grey, rounding=base.grey_rounding)
-            )
-            correlations.append(brightening_correlation(filtered, constant=base.constant_channel))
-    return np.array(entropies), np.array(correlations)
+        frames = _scored_frames(episode, references[0].shape)
+        found += [brightening(filter_channels(frame, background), base) for frame in frames]
+    entropy, correlation = np.array(found, np.float64).reshape(-1, 2).T
+    return entropy, correlation
 
 
 def measure_similarity(
@@ -259,10 +260,8 @@ def measure_similarity(
                     continue
                 tau_b, polarity = option[:2]
                 try:
-                    grid = fuse_grid(
-                        references, tau_b=tau_b, polarity=polarity, blur_px=size, surround_px=surround_px,
-                        blur_sigma_px=base.grid_blur_sigma_px, kind=base.grid_reference,
-                    )  # fmt: skip
+                    one = replace(base, tau_b=tau_b, polarity=polarity, grid_blur_px=size, surround_px=surround_px)
+                    grid = fuse_grid(references, one)
                 except FrameError:
                     empty.add(option)
                     continue

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.detectors.frame import Frame
-from magicsim.detectors.profile import GridKind, Polarity
+from magicsim.detectors.profile import DetectorProfile, GridKind, Polarity
 from magicsim.errors import FrameError
 
 FULL = 255
@@ -35,9 +35,9 @@ class GridReference:
     tau_b: int
     polarity: Polarity
     blur_px: int
-    blur_sigma_px: float = 0.0
-    kind: GridKind = "presence"
-    surround_px: int = 0
+    blur_sigma_px: float
+    kind: GridKind
+    surround_px: int
 
 
 def blur(image: Frame, size_px: int, sigma_px: float = 0.0) -> Frame:
@@ -119,26 +119,18 @@ def _rounded_mean(frames: Sequence[Frame]) -> Frame:
     return ((2 * total + len(frames)) // (2 * len(frames))).astype(np.uint8)
 
 
-def fuse_grid(
-    frames: Sequence[Frame],
-    *,
-    tau_b: int,
-    polarity: Polarity,
-    blur_px: int,
-    blur_sigma_px: float = 0.0,
-    kind: GridKind = "presence",
-    surround_px: int = 0,
-) -> GridReference:
+def fuse_grid(frames: Sequence[Frame], profile: DetectorProfile) -> GridReference:
     """Average of the binarised frames: G_ref = (1 / N) sum of b(blur(F_i)), per channel.
 
     b is 1 where `grid_mask` sees the grid. With `majority` G_ref is 1 where that average is above one half, else 0.
-    There are 1 to 255 frames of one shape (rows, columns, 3); options are those of a profile.
+    There are 1 to 255 frames of one shape (rows, columns, 3).
     """
+    tau_b, polarity = profile.tau_b, profile.polarity
     counts = np.zeros(frames[0].shape, dtype=np.uint8)
     for frame in frames:
-        level = levelled(blur(frame, blur_px, blur_sigma_px), surround_px)
+        level = levelled(blur(frame, profile.grid_blur_px, profile.grid_blur_sigma_px), profile.surround_px)
         counts += grid_mask(level, tau_b=tau_b, polarity=polarity) // FULL
-    if kind == "majority":
+    if profile.grid_reference == "majority":
         counts = np.where(counts > len(frames) // 2, np.uint8(len(frames)), np.uint8(0))
     red, green, blue = cv2.sumElems(counts)[:3]
     if not red + green + blue:
@@ -148,6 +140,7 @@ def fuse_grid(
             "detector profile; fit one to this sensor (magicsim fit profile)"
         )
     return GridReference(
-        counts=counts, frames=len(frames), areas=(red, green, blue), tau_b=tau_b, polarity=polarity, blur_px=blur_px,
-        blur_sigma_px=blur_sigma_px, kind=kind, surround_px=surround_px,
+        counts=counts, frames=len(frames), areas=(red, green, blue), tau_b=tau_b, polarity=polarity,
+        blur_px=profile.grid_blur_px, blur_sigma_px=profile.grid_blur_sigma_px, kind=profile.grid_reference,
+        surround_px=profile.surround_px,
     )  # fmt: skip

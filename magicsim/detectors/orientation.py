@@ -50,22 +50,20 @@ def better_changes(images: Sequence[Pixels], other: Pixels) -> list[Change]:
     return sorted((each for each in scored if scored[each] > best - ALIKE), key=lambda each: -scored[each])
 
 
-def told_change(change: Change) -> str:
-    """A change in words."""
-    (degrees, mirrored), exchanged = change
-    words = [f"turned by {degrees} degrees"] if degrees else []
-    words += ["mirrored"] if mirrored else []
-    words += ["with red and blue exchanged"] if exchanged else []
-    return ", ".join(words) or "as they are"
-
-
 def turned_against(references: Pixels, frames: Sequence[Pixels]) -> str | None:
     """One line where frames are turned against the references of their own sensor; None where they are not."""
     found = better_changes(frames, references)
     if not found:
         return None
-    ways = " or ".join(told_change(each) for each in found)
-    return f"frames look like their references only when they are {ways}: record or save both alike"
+    ways = []
+    for (degrees, mirrored), exchanged in found:
+        words = {
+            f"turned by {degrees} degrees": degrees,
+            "mirrored": mirrored,
+            "with red and blue exchanged": exchanged,
+        }
+        ways.append(", ".join(word for word, is_so in words.items() if is_so) or "as they are")
+    return f"frames look like their references only when they are {' or '.join(ways)}: record or save both alike"
 
 
 def _correlation(image: Pixels, other: Pixels) -> float:

@@ -26,6 +26,7 @@ from magicsim.detectors.tags import (
 )
 from magicsim.detectors.video import Remark, quiet_opencv
 from magicsim.errors import FrameError
+from magicsim.waiting import unheard
 
 IMAGE_SUFFIXES = (".bmp", ".jpeg", ".jpg", ".png", ".ppm", ".tif", ".tiff", ".webp")
 """File name endings that are read as images, in any case."""
@@ -52,10 +53,6 @@ def once(remark: Remark) -> Remark:
             remark(line)
 
     return first
-
-
-def unheard(_: str) -> None:
-    """Drops a remark."""
 
 
 def read_image(path: str | Path, remark: Remark = unheard) -> Frame:
@@ -86,10 +83,21 @@ def read_pictures(path: Path, remark: Remark = unheard) -> list[Callable[[], Fra
         return [partial(read_image, path, remark)]
     if content.startswith(b"P6"):
         raise FrameError(f"image '{path}' holds {len(pages)} pictures, of which one is read: save them one by one")
-    if content[:2] in {b"II", b"MM"}:
-        return [partial(_page_frame, path, content, page, remark) for page in pages]
-    animation = cache(lambda: _animation(path, content))
-    return [partial(_animation_frame, path, content, animation, page, remark) for page in pages]
+
+    @cache
+    def animation() -> Sequence[AnyPixels]:
+        return _quietly(path, lambda data: cv2.imdecodemulti(data, _FLAGS)[1], content) or ()
+
+    def picture(page: int) -> Frame:
+        """One page of a TIFF, or one frame of an animated PNG or WebP, which rest on each other."""
+        if content[:2] in {b"II", b"MM"}:
+            decode = partial(cv2.imdecodemulti, flags=_FLAGS, range=(page, page + 1))
+            found = _quietly(path, lambda data: decode(data)[1], content) or ()
+        else:
+            found = animation()[page : page + 1]
+        return _frame(path, content, next(iter(found), None), remark)
+
+    return [partial(picture, page) for page in pages]
 
 
 def _may_hold_several(path: Path) -> bool:
@@ -114,24 +122,6 @@ def _content(path: Path) -> bytes:
         raise
     except (OSError, ValueError) as error:
         raise FrameError(f"image '{path}' cannot be read: {getattr(error, 'strerror', None) or error}") from error
-
-
-def _page_frame(path: Path, content: bytes, page: int, remark: Remark) -> Frame:
-    """One page of a TIFF of several."""
-    found = _quietly(path, lambda data: cv2.imdecodemulti(data, _FLAGS, range=(page, page + 1))[1], content)
-    return _frame(path, content, next(iter(found or ()), None), remark)
-
-
-def _animation(path: Path, content: bytes) -> Sequence[AnyPixels]:
-    """All frames of an animated PNG or WebP, which rest on each other."""
-    return _quietly(path, lambda data: cv2.imdecodemulti(data, _FLAGS)[1], content) or ()
-
-
-def _animation_frame(
-    path: Path, content: bytes, animation: Callable[[], Sequence[AnyPixels]], page: int, remark: Remark
-) -> Frame:
-    frames = animation()
-    return _frame(path, content, frames[page] if page < len(frames) else None, remark)
 
 
 def _pixels(path: Path, content: bytes) -> AnyPixels | None:

@@ -25,8 +25,8 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.detectors.features import (
+    brightening,
     brightening_correlation,
-    brightening_entropy,
     filter_channels,
     grid_areas,
     grid_similarity,
@@ -106,11 +106,7 @@ class Rest:
         """E, C and S of the published algorithms for a matched frame."""
         filtered = filter_channels(_rounded(matched), references.background)
         areas = grid_areas(self.for_grid(matched * np.float32(1 - MARGIN)), references.grid)
-        return (
-            brightening_entropy(filtered, bins=profile.entropy_bins, grey=profile.grey, rounding=profile.grey_rounding),
-            brightening_correlation(filtered, constant=profile.constant_channel),
-            grid_similarity(areas, profile.similarity),
-        )
+        return (*brightening(filtered, profile), grid_similarity(areas, profile.similarity))
 
     def for_grid(self, matched: Levels) -> Frame:
         """A matched frame with the share `tau_b` of its untouched pixels at or below `GRID_LEVEL`."""
@@ -183,11 +179,8 @@ def fuse(frames: Iterable[Frame], profile: DetectorProfile) -> References:
         return _rest_references(checked, profile)
     return References(
         background=fuse_background(checked, count=profile.background_count, blur_px=profile.difference_blur_px),
-        grid=fuse_grid(
-            checked, tau_b=profile.tau_b, polarity=profile.polarity, blur_px=profile.grid_blur_px,
-            blur_sigma_px=profile.grid_blur_sigma_px, kind=profile.grid_reference, surround_px=profile.surround_px,
-        ),
-    )  # fmt: skip
+        grid=fuse_grid(checked, profile),
+    )
 
 
 def _rest_references(frames: Sequence[Frame], profile: DetectorProfile) -> References:
@@ -210,10 +203,7 @@ def _rest_references(frames: Sequence[Frame], profile: DetectorProfile) -> Refer
 
 
 def _references(matched: Sequence[Levels], rest: Rest, profile: DetectorProfile) -> References:
-    grid = fuse_grid(
-        [rest.for_grid(each) for each in matched], tau_b=GRID_LEVEL, polarity=profile.polarity,
-        blur_px=profile.grid_blur_px, blur_sigma_px=profile.grid_blur_sigma_px, kind=profile.grid_reference,
-    )  # fmt: skip
+    grid = fuse_grid([rest.for_grid(each) for each in matched], replace(profile, units="fixed", tau_b=GRID_LEVEL))
     count = min(profile.background_count, len(matched))
     background = fuse_background([_rounded(each) for each in matched], count=count, blur_px=profile.difference_blur_px)
     return References(background=background, grid=grid, rest=rest)

@@ -4,7 +4,6 @@ The one reader of frames: detectors, recordings and their references see a file 
 """
 
 import logging
-import math
 import re
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import closing
@@ -13,10 +12,12 @@ from functools import partial
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
 from magicsim.config.presets import expanded, is_file, is_folder
 from magicsim.detectors.frame import Frame
 from magicsim.detectors.picture import IMAGE_SUFFIXES, once, read_pictures
-from magicsim.detectors.video import VIDEO_SUFFIXES, Remark, VideoFrame, open_video, read_camera
+from magicsim.detectors.video import VIDEO_SUFFIXES, Remark, Shot, Shots, open_video, read_camera
 from magicsim.errors import NAME_LENGTH, ConfigError, shortened
 
 SourceKind = Literal["image", "folder", "video", "camera"]
@@ -35,21 +36,8 @@ class SourceFrame:
     """RGB image, shape (rows, columns, 3)."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Shot:
-    """A frame whose image is not made yet."""
-
-    name: str
-    read: Callable[[], Frame]
-    """Makes the RGB image, shape (rows, columns, 3); to be called before the next frame is asked for."""
-    time_s: float = math.nan
-    """From the first frame of a video, by its time stamps [s]; NaN of images and cameras."""
-
-
 Frames = Generator[SourceFrame, None, None]
 """Frames one at a time; closing it releases what it reads from."""
-Shots = Generator[Shot, None, None]
-"""Frames that are not made yet, likewise."""
 
 
 def source_kind(source: str | Path) -> SourceKind:
@@ -111,30 +99,16 @@ def _open_files(files: Iterable[Path], remark: Remark) -> Shots:
             yield Shot(name=each.name if len(pictures) == 1 else f"{each.name}#{number}", read=read)
 
 
-def _open_video(path: Path, remark: Remark) -> Shots:
-    return _video_shots(path.name, open_video(path, remark))
-
-
-def _video_shots(name: str, frames: Generator[VideoFrame, None, None]) -> Shots:
-    with closing(frames):
-        for number, each in enumerate(frames):
-            yield Shot(name=f"{name}#{number}", read=each.read, time_s=each.time_s)
-
-
 def _open_camera(index: int) -> Shots:
     with closing(read_camera(index)) as images:
         for number, image in enumerate(images):
-            yield Shot(name=f"camera {index}#{number}", read=partial(_itself, image))
-
-
-def _itself(image: Frame) -> Frame:
-    return image
+            yield Shot(name=f"camera {index}#{number}", read=partial(np.asarray, image))
 
 
 _OPENERS: dict[SourceKind, Callable[[Path, Remark], Shots]] = {
     "image": lambda path, remark: _open_files([path], remark),
     "folder": lambda path, remark: _open_files(image_files(path, remark), remark),
-    "video": _open_video,
+    "video": open_video,
     "camera": lambda path, _: _open_camera(int(str(path))),
 }
 """The reader of each kind; a new kind of source is one entry here and one line in `source_kind`."""

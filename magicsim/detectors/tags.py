@@ -4,7 +4,6 @@ import re
 import struct
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 """First bytes of every PNG file."""
@@ -96,20 +95,8 @@ def exif_orientation(content: bytes) -> int:
     return UPRIGHT
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Layout:
-    """How directories of a TIFF are laid out: types of offsets, counts and entries, and their sizes [bytes]."""
-
-    first: int
-    offset: str
-    count: str
-    entry: str
-    size: int
-
-
-_LAYOUTS = {42: _Layout(first=4, offset="I", count="H", entry="HHI", size=12),
-            43: _Layout(first=8, offset="Q", count="Q", entry="HHQ", size=20)}  # fmt: skip
-"""By the number after the order of bytes: TIFF 6.0, section 2, and BigTIFF."""
+_LAYOUTS = {42: ("I", "H"), 43: ("Q", "Q")}
+"""Types of offsets and of counts by the number after the order of bytes: TIFF 6.0, section 2, and BigTIFF."""
 
 
 def directories(tiff: bytes) -> Iterator[dict[int, int]]:
@@ -120,19 +107,19 @@ def directories(tiff: bytes) -> Iterator[dict[int, int]]:
         layout = _LAYOUTS.get(struct.unpack_from(f"{order}H", tiff, 2)[0]) if order else None
         if layout is None:
             return
-        [at] = struct.unpack_from(f"{order}{layout.offset}", tiff, layout.first)
+        offset, number, head = f"{order}{layout[0]}", f"{order}{layout[1]}", f"{order}HH{layout[0]}"
+        [at] = struct.unpack_from(offset, tiff, struct.calcsize(offset))
         while at and at not in seen:
             seen.add(at)
-            [count] = struct.unpack_from(f"{order}{layout.count}", tiff, at)
-            at += struct.calcsize(f"{order}{layout.count}")
+            [count] = struct.unpack_from(number, tiff, at)
+            at += struct.calcsize(number)
             values = {}
             for _ in range(count):
-                head = f"{order}{layout.entry}"
                 tag, kind, _ = struct.unpack_from(head, tiff, at)
                 if kind in _WHOLE:
                     [values[tag]] = struct.unpack_from(f"{order}{_WHOLE[kind]}", tiff, at + struct.calcsize(head))
-                at += layout.size
-            [at] = struct.unpack_from(f"{order}{layout.offset}", tiff, at)
+                at += struct.calcsize(head) + struct.calcsize(offset)
+            [at] = struct.unpack_from(offset, tiff, at)
             yield values
     except struct.error:  # it breaks off, which its decoder tells
         return

@@ -206,7 +206,7 @@ def logistic_width(positive: npt.ArrayLike, negative: npt.ArrayLike, *, widest: 
 
     def slope(inverse: float) -> float:
         return sum(
-            float(np.mean((_logistic(each * inverse) - target) * each))
+            float(np.mean((0.5 * (1.0 + np.tanh(0.5 * each * inverse)) - target) * each))
             for each, target in zip(groups, targets, strict=True)
         )
 
@@ -219,7 +219,3 @@ def logistic_width(positive: npt.ArrayLike, negative: npt.ArrayLike, *, widest: 
         middle = float(np.sqrt(low * high))
         low, high = (middle, high) if slope(middle) < 0 else (low, middle)
     return min(widest, max(NARROWEST, 1 / float(np.sqrt(low * high))))
-
-
-def _logistic(distances: Features) -> Features:
-    return 0.5 * (1.0 + np.tanh(0.5 * distances))

@@ -5,6 +5,7 @@ references from the same recording.
 """
 
 import logging
+import math
 import os
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
@@ -33,16 +34,21 @@ _LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class VideoFrame:
-    """A frame of a video that is decoded and not yet turned into RGB."""
+class Shot:
+    """A frame whose image is not made yet."""
 
-    time_s: float
-    """From the first frame, by the time stamps of the file [s]; 0 for every frame where it has none."""
+    name: str
     read: Callable[[], Frame]
     """Makes the RGB image, shape (rows, columns, 3); to be called before the next frame is asked for."""
+    time_s: float = math.nan
+    """From the first frame of a video, by its time stamps [s], 0 where it has none; NaN of images and cameras."""
 
 
-def open_video(path: Path, remark: Remark | None = None) -> Generator[VideoFrame, None, None]:
+Shots = Generator[Shot, None, None]
+"""Frames that are not made yet, one at a time; closing it releases what it reads from."""
+
+
+def open_video(path: Path, remark: Remark | None = None) -> Shots:
     """Frames of a video file, one at a time, upright as its track says.
 
     `remark` hears at once that frames are turned or that the codec loses detail, and at the end that the file promised
@@ -105,15 +111,19 @@ def read_camera(index: int) -> Generator[Frame, None, None]:
             msg = f"camera {index} cannot be opened; must be the index of a connected camera that nothing else uses"
             raise FrameError(msg)
         number = 0
-        while (frame := _next(capture)) is not None:
+        while True:
+            with quiet_opencv():
+                good, frame = capture.read()
+            if not good:
+                break
             number += 1
-            yield frame
+            yield _rgb(frame)
         raise FrameError(f"camera {index} gave no more frames after {number}")
     finally:
         capture.release()
 
 
-def _video_frames(capture: cv2.VideoCapture, path: Path, remark: Remark) -> Generator[VideoFrame, None, None]:
+def _video_frames(capture: cv2.VideoCapture, path: Path, remark: Remark) -> Shots:
     promised = round(capture.get(cv2.CAP_PROP_FRAME_COUNT))
     number, reached, longest, is_there = 0, -1, 1, True
     try:
@@ -121,7 +131,8 @@ def _video_frames(capture: cv2.VideoCapture, path: Path, remark: Remark) -> Gene
             stamp = round(capture.get(cv2.CAP_PROP_PTS))
             longest, reached = max(longest, stamp - reached if number else 1), max(reached, stamp)
             time_s = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000
-            yield VideoFrame(time_s=time_s, read=partial(_retrieved, capture, path, number))
+            read = partial(_retrieved, capture, path, number)
+            yield Shot(name=f"{path.name}#{number}", read=read, time_s=time_s)
             number += 1
             is_there = _grab(capture)
         if number < promised and reached + longest < promised:
@@ -143,12 +154,6 @@ def _capture(source: str | int) -> cv2.VideoCapture:
         if isinstance(source, str) and cv2.CAP_FFMPEG in cv2.videoio_registry.getStreamBackends():
             return cv2.VideoCapture(source, cv2.CAP_FFMPEG)  # other readers write to standard error as they fail
         return cv2.VideoCapture(source)
-
-
-def _next(capture: cv2.VideoCapture) -> Frame | None:
-    with quiet_opencv():
-        good, frame = capture.read()
-    return _rgb(frame) if good else None
 
 
 def _grab(capture: cv2.VideoCapture) -> bool:

@@ -179,7 +179,9 @@ def evaluate_suite(
                 check_order(take[0], make, who=detector)
             footage += take
             judged = [judge_footage(film, make, who=detector) for film in take]
-            episodes += [_without_proximity(each) for each in judged] if coated else judged
+            for each in judged:  # behind a coat a detector is not asked what is near: an alarm is a touch
+                nothing = (str(Proximity.NORMAL),) * len(each.proximity)
+                episodes.append(replace(each, proximity=nothing) if coated else each)
             (progress or share)(done, max(done, total))
         conditions = [condition_of(each) for each in episodes]
         groups = group_episodes(episodes)
@@ -239,11 +241,6 @@ def group_episodes(episodes: Sequence[JudgedEpisode]) -> dict[str, list[JudgedEp
                 f"{kind} {value}": [each for each in standard if getattr(each.tag, kind) == value] for value in values
             }
     return groups
-
-
-def _without_proximity(episode: JudgedEpisode) -> JudgedEpisode:
-    """An episode whose detector is not asked what is near: an alarm is a touch."""
-    return replace(episode, proximity=(str(Proximity.NORMAL),) * len(episode.proximity))
 
 
 def _estimates(

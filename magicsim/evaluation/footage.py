@@ -217,9 +217,9 @@ class QuickSet:
         )  # fmt: skip
 
 
-def load_quick_set(folder: Path | None = None) -> QuickSet:
-    """The set that comes with the program, or that of a folder."""
-    folder = folder or preset_root() / "detectors" / QUICK
+def load_quick_set() -> QuickSet:
+    """The set that comes with the program."""
+    folder = preset_root() / "detectors" / QUICK
     return QuickSet(folder=folder, **json.loads((folder / INDEX).read_text(encoding="utf-8")))
 
 

@@ -18,6 +18,7 @@ from magicsim.evaluation.rest import Rest
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.folder import MARKER, SIGNATURE, result_file, result_folder
 from magicsim.judge.changed_frames import FrameRun
+from magicsim.judge.curves import CurvePoint
 from magicsim.judge.measures import COMPUTE, SHARE, TABLE, MeasureEstimate
 from magicsim.judge.regression import Change
 from magicsim.judge.tally import SIMULATED
@@ -83,8 +84,9 @@ def render_page(result: Evaluation) -> str:
         right={"Clear": {"Normal", "Untouched", "Unknown"}, "Near": {"Approaching", "Untouched", "Unknown"},
                "Light": {"Noise", "Untouched", "Unknown"}, "Contact": {"Touched"}},
         roc=Markup(plot_roc(result.roc, name="roc")),
-        distance=_drawn(result, "distance"),
-        depth=_drawn(result, "depth"),
+        distance=_drawn(result.distance, "distance", "gap [mm]", (truth.NEAR_MIN_MM, truth.NEAR_MAX_MM)),
+        depth=_drawn(result.depth, "depth", "depth [mm]",
+                     (truth.CONTACT_MIN_DEPTH_MM, max((each.to_mm for each in result.depth), default=0.0))),
         collapses=collapse_lines(result),
         cannot_judge=result.cannot_judge,
         moved=moved_lines(result),
@@ -117,10 +119,7 @@ def describe(result: Evaluation) -> list[str]:
         row = change_row(each)
         chance = f", p = {row.p}" if row.is_tested else ""
         lines.append(f"{row.verdict}: {row.title} ({row.condition}) {row.baseline} -> {row.current}{chance}")
-        lines += [
-            f"  {run.episode} {span(run.first, run.last)}: {run.truth}, {run.baseline} -> {run.current}"
-            for run in each.frames
-        ]
+        lines += [f"  {line}" for line in frame_lines(each)]
     lines += collapse_lines(result)
     lines += moved_lines(result)
     for condition in dict.fromkeys(each.condition for each in result.changes):
@@ -134,6 +133,14 @@ def describe(result: Evaluation) -> list[str]:
         weak = f"cannot judge: {result.cannot_judge}" if result.cannot_judge else ""
         lines.append(weak or f"no regression against {result.baseline}")
     return lines
+
+
+def frame_lines(change: Change) -> list[str]:
+    """The frames behind a change as lines for people."""
+    return [
+        f"{run.episode} {span(run.first, run.last)}: {run.truth}, {run.baseline} -> {run.current}"
+        for run in change.frames
+    ]
 
 
 def moved_lines(result: Evaluation) -> list[str]:
@@ -233,14 +240,10 @@ def change_row(each: Change) -> ChangeRow:
     )
 
 
-def _drawn(result: Evaluation, which: str) -> Markup | None:
-    points = result.distance if which == "distance" else result.depth
-    if not points:
-        return None
-    near, touched = (truth.NEAR_MIN_MM, truth.NEAR_MAX_MM), (truth.CONTACT_MIN_DEPTH_MM, points[-1].to_mm)
-    axis, scored = ("gap [mm]", near) if which == "distance" else ("depth [mm]", touched)
+def _drawn(points: Sequence[CurvePoint], which: str, axis: str, scored_mm: tuple[float, float]) -> Markup | None:
     label = f"Detection rate against {which}"
-    return Markup(plot_detection(points, axis=axis, name=which, scored_mm=scored, label=label))
+    drawn = plot_detection(points, axis=axis, name=which, scored_mm=scored_mm, label=label) if points else None
+    return Markup(drawn) if drawn is not None else None
 
 
 def junit(result: Evaluation) -> ElementTree.ElementTree:
@@ -253,12 +256,8 @@ def junit(result: Evaluation) -> ElementTree.ElementTree:
         for name, value in (("meaning", TABLE[each.measure].meaning), ("smallest fall to be found", row.smallest)):
             ElementTree.SubElement(told, "property", name=name, value=value)
         if each.is_regression:
-            frames = [
-                f"{run.episode} {span(run.first, run.last)}: {run.truth}, {run.baseline} -> {run.current}"
-                for run in each.frames
-            ]
             message = f"{row.baseline} -> {row.current}" + (f", p = {row.p}" if row.is_tested else "")
-            ElementTree.SubElement(case, "failure", message=message).text = "\n".join(frames)
+            ElementTree.SubElement(case, "failure", message=message).text = "\n".join(frame_lines(each))
     for collapse in result.collapses:
         case = _case(suite, result.standard, f"collapse of {collapse.of}")
         if not collapse.is_known:

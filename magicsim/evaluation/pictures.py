@@ -1,12 +1,10 @@
 """Plots and pictures of an evaluation: detection rates and trade-offs as SVG text, and frames that tell most."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
 
-from magicsim.arrays import Frame
 from magicsim.evaluation.footage import Footage
 from magicsim.frame_class import FrameClass
 from magicsim.judge.changed_frames import FrameRun
@@ -69,16 +67,8 @@ MOST_CHANGED = 12
 """Pictures of changed frames, at most."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CaptionedFrame:
-    """One frame beside its change, with what is true and what is said of it."""
-
-    uri: str
-    title: str
-    place: str
-    truth: str
-    color: str
-    said: str
+CaptionedFrame = Mapping[str, str]
+"""One frame beside its change (`uri`): `title`, `place`, `truth` and its `color`, and what is `said` of it."""
 
 
 def sheet(footage: Sequence[Footage], episodes: Sequence[JudgedEpisode], standard: str) -> list[CaptionedFrame]:
@@ -112,20 +102,19 @@ def _pictures(film: Footage, episode: JudgedEpisode, places: Sequence[int]) -> l
     images = dict(enumerate(islice(film.images.frames(), max(places) + 1)))
     rest = np.mean(list(film.images.references()), axis=0)
     shown = {place: beside_change(images[place], rest, gamma=film.gamma) for place in places}
-    return [_picture(shown[place], film, episode, place) for place in places]
+    return [{"uri": data_uri(shown[place])} | _caption(film, episode, place) for place in places]
 
 
-def _picture(image: Frame, film: Footage, episode: JudgedEpisode, place: int) -> CaptionedFrame:
+def _caption(film: Footage, episode: JudgedEpisode, place: int) -> dict[str, str]:
     truth, gap = episode.labels.classes[place], float(episode.labels.gap_mm[place])
     light = ", flashlight" if episode.labels.flashlight[place] else ""
-    return CaptionedFrame(
-        uri=data_uri(image),
-        title=f"{film.tag.name} {place}",
-        place=gap_or_depth(None if np.isnan(gap) else gap) + light,
-        truth=str(truth) if truth is not None else "not scored",
-        color=CLASS_COLORS[truth] if truth is not None else "transparent",
-        said=f"{episode.proximity[place]}, {episode.contact[place]}",
-    )
+    return {
+        "title": f"{film.tag.name} {place}",
+        "place": gap_or_depth(None if np.isnan(gap) else gap) + light,
+        "truth": str(truth) if truth is not None else "not scored",
+        "color": CLASS_COLORS[truth] if truth is not None else "transparent",
+        "said": f"{episode.proximity[place]}, {episode.contact[place]}",
+    }
 
 
 def _nearest(episode: JudgedEpisode, truth: FrameClass, gap_mm: float) -> int | None:

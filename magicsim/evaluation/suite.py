@@ -11,6 +11,7 @@ from magicsim.config.models import Config, apply_overrides, read_whole, validate
 from magicsim.config.presets import find_preset
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.objects.kinds import parse_object
 from magicsim.geometry.objects.rigid_object import AngleDeg
 from magicsim.judge.tally import FIRST_PLACE, RECORDED, Role
 from magicsim.scenes.rig import PlaceMm, Rig
@@ -182,7 +183,12 @@ class SuiteConfig(Config):
 
     def sensor(self, place: SuitePlace) -> tuple[ElastomerDesign, Rig]:
         """Block and rig of a place; `ConfigError` where a setting is not allowed."""
-        return _sensor_of(self.design, self.rig, place)
+        data = {"design": self.design.model_dump(mode="json"), "rig": self.rig.model_dump(mode="json")}
+        changed, source = apply_overrides(data, list(place.settings)), f"places.{place.name}"
+        if unknown := sorted(set(changed) - set(data)):
+            raise ConfigError(unknown_choice(f"{source}: setting of", unknown[0], data))
+        design = validate(ElastomerDesign, changed["design"], source=source)
+        return design, validate(Rig, changed["rig"], source=source)
 
     def _problems(self) -> Iterator[str | None]:
         known = {"objects": self.objects, "paths": self.paths, "lights": self.lights, "places": self.places}
@@ -212,16 +218,6 @@ class SuiteConfig(Config):
             yield "episodes and recordings are both empty: a suite needs at least one of them"
 
 
-def _sensor_of(design: ElastomerDesign, rig: Rig, place: SuitePlace) -> tuple[ElastomerDesign, Rig]:
-    data = {"design": design.model_dump(mode="json"), "rig": rig.model_dump(mode="json")}
-    changed = apply_overrides(data, list(place.settings))
-    unknown = sorted(set(changed) - set(data))
-    if unknown:
-        raise ConfigError(unknown_choice(f"places.{place.name}: setting of", unknown[0], data))
-    source = f"places.{place.name}"
-    return (validate(ElastomerDesign, changed["design"], source=source), validate(Rig, changed["rig"], source=source))
-
-
 def load_suite(name: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None) -> SuiteConfig:
     """Reads a suite by preset name or path and puts its design and rig in place.
 
@@ -240,7 +236,10 @@ def load_suite(name: str | Path, overrides: Sequence[str] = (), *, seed: int | N
         data["seed"] = seed
     suite = validate(SuiteConfig, data, source=path.name)
     for each in suite.objects:
-        _check_object(each, path.name)
+        try:
+            parse_object(each.object)
+        except ConfigError as error:
+            raise ConfigError(f"{path.name}: objects.{each.name}: {error}") from None
     for place in suite.places:
         suite.sensor(place)
     return suite
@@ -254,12 +253,3 @@ def refuse_settings_of_frames(settings: Sequence[str]) -> None:
                 f"--set {key} is not allowed with --quick, whose frames come with the program: must be one of "
                 f"{', '.join(SETTINGS_OF_QUICK)}; without --quick frames are rendered"
             )
-
-
-def _check_object(each: SuiteObject, source: str) -> None:
-    from magicsim.geometry.objects.kinds import parse_object
-
-    try:
-        parse_object(each.object)
-    except ConfigError as error:
-        raise ConfigError(f"{source}: objects.{each.name}: {error}") from None

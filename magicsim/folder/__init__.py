@@ -5,7 +5,7 @@ Whatever is not whole yet has a name with a random part, which nobody else uses.
 """
 
 from magicsim.folder.listing import LISTING
-from magicsim.folder.result import PRODUCER, check_file, new_folder, refuse_unsigned, result_file, result_folder
+from magicsim.folder.result import PRODUCER, check_file, refuse_unsigned, result_file, result_folder
 from magicsim.folder.target import MARKER, SIGNATURE, check_current_folder, check_place, check_target
 
 __all__ = [
@@ -17,7 +17,6 @@ __all__ = [
     "check_file",
     "check_place",
     "check_target",
-    "new_folder",
     "refuse_unsigned",
     "result_file",
     "result_folder",

@@ -35,28 +35,16 @@ class _NotPlacedError(OutputError):
 
 
 @contextmanager
-def result_folder(target: Path) -> Iterator[Path]:
+def result_folder(target: Path, *, is_listed: bool = True) -> Iterator[Path]:
     """A folder to fill, which takes the target's place when the block ends without an error.
 
-    An earlier result there is replaced; a list in the folder (`LISTING`) shows what magicsim wrote.
+    An earlier result there is replaced; a list in the folder (`LISTING`) shows what magicsim wrote. Without that list
+    it is for a name that nobody has, or an empty folder.
 
     Raises:
         OutputError: The target is a file, holds something that magicsim did not write, is being written by another
             run, or cannot be written.
     """
-    with _folder(target, is_listed=True) as partial:
-        yield partial
-
-
-@contextmanager
-def new_folder(target: Path) -> Iterator[Path]:
-    """A folder to fill, as `result_folder`, for a name that nobody has, or an empty folder; without a list."""
-    with _folder(target, is_listed=False) as partial:
-        yield partial
-
-
-@contextmanager
-def _folder(target: Path, *, is_listed: bool) -> Iterator[Path]:
     check_target(target)
     with output_errors(target):
         target = Path(os.path.realpath(target))  # `.` has no name of its own

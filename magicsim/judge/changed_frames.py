@@ -49,11 +49,7 @@ def changed_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, wor
         else None
         for place in range(len(old))
     ]
-    return [
-        FrameRun(episode=now.tag.name, first=at[0], last=at[-1], truth=said[0], baseline=said[1], current=said[2])
-        for said, at in runs(changed)
-        if said is not None
-    ]
+    return [_run(now, at, *said) for said, at in runs(changed) if said is not None]
 
 
 def score_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, worse: bool, least: float) -> list[FrameRun]:
@@ -64,14 +60,16 @@ def score_runs(before: JudgedEpisode, now: JudgedEpisode, measure: str, *, worse
     pairs = zip(now.labels.classes, change, strict=True)
     changed = [str(truth) if truth in classes and by >= least else None for truth, by in pairs]
 
-    def run(truth: str, places: range) -> FrameRun:
-        before_now = [f"{score} {values[list(places)].mean():.3g}" for values in (old, new)]
-        first, last = places[0], places[-1]
-        return FrameRun(
-            episode=now.tag.name, first=first, last=last, truth=truth, baseline=before_now[0], current=before_now[1]
-        )
+    return [
+        _run(now, at, truth, *(f"{score} {values[list(at)].mean():.3g}" for values in (old, new)))
+        for truth, at in runs(changed)
+        if truth is not None
+    ]
 
-    return [run(truth, places) for truth, places in runs(changed) if truth is not None]
+
+def _run(episode: JudgedEpisode, at: range, truth: str, baseline: str, current: str) -> FrameRun:
+    name = episode.tag.name
+    return FrameRun(episode=name, first=at[0], last=at[-1], truth=truth, baseline=baseline, current=current)
 
 
 def _became_worse(episode: JudgedEpisode, place: int, old: str, new: str, is_contact: bool) -> bool | None:

@@ -86,35 +86,30 @@ def _proximity_accuracy(table: Tally, weights: Array) -> Array:
     return np.mean([_recall(*pair)(table, weights) for pair in pairs], axis=0)  # type: ignore[no-any-return]
 
 
-def _untouched(table: Tally) -> tuple[Array, Array]:
-    wrong = sum((table.count[f"{each} said Touched"] for each in UNTOUCHED), np.zeros(table.episodes))
-    total = sum((table.count[each] for each in UNTOUCHED), np.zeros(table.episodes))
-    return wrong, total
+def _sum(table: Tally, classes: Sequence[str], what: str = "") -> Array:
+    """Frames of some classes, of which something was said, or the sums of a score of theirs, shape (episodes,)."""
+    return sum((table.count[f"{each}{what}"] for each in classes), np.zeros(table.episodes))
 
 
 def _contact_accuracy(table: Tally, weights: Array) -> Array:
-    wrong, total = _untouched(table)
+    wrong, total = _sum(table, UNTOUCHED, " said Touched"), _sum(table, UNTOUCHED)
     touched = _recall("Contact", "Touched")(table, weights)
     return (touched + 1 - _ratio(wrong, total, weights)) / 2
 
 
 def _approach_precision(table: Tally, weights: Array) -> Array:
-    right = table.count["Near said Approaching"]
-    said = sum((table.count[f"{each} said Approaching"] for each in UNTOUCHED), np.zeros(table.episodes))
-    return _ratio(right, said, weights)
+    return _ratio(table.count["Near said Approaching"], _sum(table, UNTOUCHED, " said Approaching"), weights)
 
 
 def _touch_precision(table: Tally, weights: Array) -> Array:
     right = table.count["Contact said Touched"]
-    return _ratio(right, right + _untouched(table)[0], weights)
+    return _ratio(right, right + _sum(table, UNTOUCHED, " said Touched"), weights)
 
 
 def _area(score: str, positives: tuple[str, ...], negatives: tuple[str, ...]) -> Compute:
     def compute(table: Tally, weights: Array) -> Array:
-        above = weights @ sum((table.count[each] for each in positives), np.zeros(table.episodes))
-        below = weights @ sum((table.count[each] for each in negatives), np.zeros(table.episodes))
         ordered = np.einsum("ri,ij,rj->r", weights, table.pairs[score], weights, optimize=True)
-        total = above * below
+        total = (weights @ _sum(table, positives)) * (weights @ _sum(table, negatives))
         return np.where(total > 0, ordered / np.where(total > 0, total, 1), np.nan)
 
     return compute
@@ -122,13 +117,7 @@ def _area(score: str, positives: tuple[str, ...], negatives: tuple[str, ...]) ->
 
 def _score(score: str, classes: tuple[str, ...]) -> Compute:
     """Mean score of the frames of some classes."""
-
-    def compute(table: Tally, weights: Array) -> Array:
-        total = sum((table.count[f"{each} {score}"] for each in classes), np.zeros(table.episodes))
-        frames = sum((table.count[each] for each in classes), np.zeros(table.episodes))
-        return _ratio(total, frames, weights)
-
-    return compute
+    return lambda table, weights: _ratio(_sum(table, classes, f" {score}"), _sum(table, classes), weights)
 
 
 def _mean(name: str) -> Compute:
@@ -168,14 +157,9 @@ with FILE.open(encoding="utf-8", newline="") as _file:
 """All measures by the name they have in the JSON."""
 
 
-def measured(name: str, table: Tally, weights: Array) -> Array:
-    """A measure by weights, shape (resamples, episodes); NaN where it is not defined."""
-    return COMPUTE[name](table, weights)
-
-
 def measure(name: str, table: Tally) -> float | None:
     """A measure of all episodes; None where it is not defined."""
-    value = float(measured(name, table, np.ones((1, table.episodes)))[0])
+    value = float(COMPUTE[name](table, np.ones((1, table.episodes)))[0])
     return None if np.isnan(value) else value
 
 
@@ -258,7 +242,7 @@ def estimate(name: str, table: Tally, groups: Sequence[str], *, resamples: int, 
         member = np.array([[label == group for group in groups] for label in labels], np.float64)
         drawn = weights_of(resampled(len(labels), resamples, np.random.default_rng(seed)), len(labels))
         with np.errstate(invalid="ignore"):
-            found = measured(name, table, drawn @ member)
+            found = COMPUTE[name](table, drawn @ member)
         if np.isnan(found).mean() <= MOST_UNDEFINED:
             low, high = ends(found)
     return MeasureEstimate(value=value, low=low, high=high, episodes=len(labels))

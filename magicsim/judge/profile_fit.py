@@ -3,6 +3,7 @@
 import dataclasses
 import logging
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -104,7 +105,9 @@ def calibrate(
             for odd in told_of_references(episode.references, said_of(episode.references, profile)):
                 _LOG.warning("%s", odd)
         seen, unseen = score_profile(profile, labelled), cross_validate(start, labelled, candidates)
-        before = _base_score(start, labelled)
+        before = None
+        with suppress(FrameError):  # the base's references show no grid
+            before = score_profile(start, labelled)
         names = ", ".join(folder.resolve().name for folder in episodes)
         save_profile(profile, out, comment=f"Fitted by magicsim calibrate to {names}.\nValid for that sensor only.")
         classes = scored_classes(labelled)
@@ -157,14 +160,6 @@ def _separation(
 def _scored_verdicts(profile: DetectorProfile, episode: Episode) -> list[Verdict]:
     frames = [frame for frame, each in zip(episode.frames, episode.classes, strict=True) if each is not None]
     return detect_all(frames, fuse(episode.references, profile), profile)
-
-
-def _base_score(base: DetectorProfile, episodes: Sequence[Episode]) -> DetectionScore | None:
-    """Score before the fit; None where the base's references show no grid."""
-    try:
-        return score_profile(base, episodes)
-    except FrameError:
-        return None
 
 
 def _search(base: DetectorProfile, settings: Sequence[str]) -> tuple[DetectorProfile, Candidates]:

@@ -54,8 +54,7 @@ def read_labels(folder: str | Path) -> Episode:
 
     `ConfigError` where table, column, class or untouched frames are missing or unknown; `FrameError` of an image.
     """
-    found = _read_classes(Path(folder) / LABELS)
-    return Episode(references=list(found.references()), frames=list(found.frames()), classes=found.labels.classes)
+    return _read_classes(Path(folder) / LABELS).episode()
 
 
 def _read_classes(path: Path) -> "RecordedEpisode":
@@ -117,6 +116,10 @@ class RecordedEpisode:
     def frames(self) -> Iterator[Frame]:
         """Images after them, in order."""
         return self._images(~self.is_reference)
+
+    def episode(self) -> Episode:
+        """All frames in memory, with their classes."""
+        return Episode(references=list(self.references()), frames=list(self.frames()), classes=self.labels.classes)
 
     def _images(self, chosen: npt.NDArray[np.bool_]) -> Iterator[Frame]:
         remark = once(_LOG.warning)
@@ -187,12 +190,8 @@ def read_episode(folder: Path) -> Episode:
     """Frames and classes of one episode, with the errors of `read_labels`."""
     if (folder / TABLE).is_file():
         return _read_run(folder)
-    if (folder / TRUTH).is_file():
-        recording = read_recording(folder)
-        references, frames = list(recording.references()), list(recording.frames())
-        return Episode(references=references, frames=frames, classes=recording.labels.classes)
-    if (folder / LABELS).is_file():
-        return read_labels(folder)
+    if (folder / TRUTH).is_file() or (folder / LABELS).is_file():
+        return read_recording(folder).episode()
     kinds = f"{TABLE} (magicsim simulate), {TRUTH} or {LABELS}"
     raise ConfigError(f"'{folder}' is no labelled episode; give a folder that holds {kinds}")
 

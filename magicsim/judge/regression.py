@@ -30,7 +30,7 @@ from magicsim.arrays import Array, Mask
 from magicsim.detectors.verdict import Contact
 from magicsim.frame_class import FrameClass
 from magicsim.judge.changed_frames import FrameRun, changed_runs, score_runs
-from magicsim.judge.measures import SCORE_MEANS, TABLE, UNTOUCHED, MeasureEstimate, measure, measured
+from magicsim.judge.measures import COMPUTE, SCORE_MEANS, TABLE, UNTOUCHED, MeasureEstimate, measure
 from magicsim.judge.score import PROXIMITY_TRUTH
 from magicsim.judge.tally import JudgedEpisode, Tally, score_pairs, tally
 
@@ -290,15 +290,13 @@ def _ranked(episodes: Sequence[JudgedEpisode]) -> list[JudgedEpisode]:
         name: np.split(rankdata(np.concatenate([getattr(each, name) for each in episodes])), ends)
         for name in ("approach", "touch")
     }
-    return [
-        replace(each, approach=ranks["approach"][place], touch=ranks["touch"][place])
-        for place, each in enumerate(episodes)
-    ]
+    pairs = zip(ranks["approach"], ranks["touch"], strict=True)
+    return [replace(each, approach=near, touch=touch) for each, (near, touch) in zip(episodes, pairs, strict=True)]
 
 
 def _values(table: Tally, name: str, from_now: Mask) -> Array:
     """A measure of episodes taken from before or from now, shape (exchanges,)."""
-    return measured(name, table, np.concatenate([~from_now, from_now], axis=1).astype(np.float64))
+    return COMPUTE[name](table, np.concatenate([~from_now, from_now], axis=1).astype(np.float64))
 
 
 def _frames(change: Change, pairs: Sequence[Pair], conditions: Sequence[str]) -> list[FrameRun]:

@@ -5,7 +5,8 @@ combined verdict on every class: a Contact frame needs `Touched`; on the others 
 `Unknown` counts as untouched.
 """
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from magicsim.detectors.verdict import Contact, Proximity, Verdict
@@ -57,10 +58,22 @@ def score_verdicts(verdicts: Sequence[Verdict], classes: Sequence[FrameClass | N
     if len(verdicts) != len(classes):
         raise ConfigError(f"{len(verdicts)} verdicts for {len(classes)} classes; must be one for each")
     pairs = list(zip(verdicts, classes, strict=True))
-    frames = {str(each): sum(one is each for one in classes) for each in FrameClass}
+    frames, touched = {str(each): sum(one is each for one in classes) for each in FrameClass}, {Contact.TOUCHED}
     return DetectionScore(
-        proximity=_score_proximity([(one, each) for one, each in pairs if each in PROXIMITY_TRUTH]),
-        contact=_score_contact([(one, each) for one, each in pairs if each is not None]),
+        proximity=_task(
+            [(each, one.proximity) for one, each in pairs if each in PROXIMITY_TRUTH],
+            {row: {verdict} for row, verdict in PROXIMITY_TRUTH.items()},
+            labels={row: str(verdict) for row, verdict in PROXIMITY_TRUTH.items()},
+            columns=tuple(Proximity),
+            groups=[[row] for row in PROXIMITY_TRUTH],
+        ),
+        contact=_task(
+            [(each, one.combined) for one, each in pairs if each is not None],
+            {row: touched if row is FrameClass.CONTACT else set(Contact) - touched for row in FrameClass},
+            labels={row: str(row) for row in FrameClass},
+            columns=tuple(Contact),
+            groups=[[FrameClass.CONTACT], [row for row in FrameClass if row is not FrameClass.CONTACT]],
+        ),
         frames=frames | {"unscored": sum(one is None for one in classes)},
     )
 
@@ -79,38 +92,23 @@ def contact_right(verdict: Verdict, truth: FrameClass | None) -> bool | None:
     return (verdict.combined is Contact.TOUCHED) == (truth is FrameClass.CONTACT)
 
 
-def _score_proximity(pairs: Sequence[tuple[Verdict, FrameClass | None]]) -> TaskScore:
-    columns = tuple(Proximity)
-    confusion = tuple(
-        tuple(sum(each is row and one.proximity is column for one, each in pairs) for column in columns)
-        for row in PROXIMITY_TRUTH
-    )
-    truths = tuple(PROXIMITY_TRUTH.values())
-    recall = {
-        str(truth): _share(row[columns.index(truth)], sum(row)) for truth, row in zip(truths, confusion, strict=True)
-    }
+def _task(
+    said: Sequence[tuple[FrameClass | None, str]],
+    right: Mapping[FrameClass, Collection[str]],
+    *,
+    labels: Mapping[FrameClass, str],
+    columns: tuple[str, ...],
+    groups: Sequence[Sequence[FrameClass]],
+) -> TaskScore:
+    """Score of classes and verdicts; `right` verdicts of each class, and the classes that weigh as one truth."""
+    count = Counter(said)
+    frames = {row: sum(count[row, column] for column in columns) for row in right}
+    hits = {row: sum(count[row, column] for column in verdicts) for row, verdicts in right.items()}
+    recalls = [_share(sum(hits[row] for row in group), sum(frames[row] for row in group)) for group in groups]
     return TaskScore(
-        accuracy=_mean(list(recall.values())), recall=recall, confusion=confusion,
-        row_labels=tuple(map(str, truths)), column_labels=tuple(map(str, columns)),
-    )  # fmt: skip
-
-
-def _score_contact(pairs: Sequence[tuple[Verdict, FrameClass | None]]) -> TaskScore:
-    rows, columns = tuple(FrameClass), tuple(Contact)
-    confusion = tuple(
-        tuple(sum(each is row and one.combined is column for one, each in pairs) for column in columns) for row in rows
-    )
-    touched = columns.index(Contact.TOUCHED)
-    right = {
-        row: line[touched] if row is FrameClass.CONTACT else sum(line) - line[touched]
-        for row, line in zip(rows, confusion, strict=True)
-    }
-    frames = {row: sum(line) for row, line in zip(rows, confusion, strict=True)}
-    groups = ([FrameClass.CONTACT], [row for row in rows if row is not FrameClass.CONTACT])
-    recalls = [_share(sum(right[row] for row in group), sum(frames[row] for row in group)) for group in groups]
-    return TaskScore(
-        accuracy=_mean(recalls), recall={str(row): _share(right[row], frames[row]) for row in rows},
-        confusion=confusion, row_labels=tuple(map(str, rows)), column_labels=tuple(map(str, columns)),
+        accuracy=_mean(recalls), recall={labels[row]: _share(hits[row], frames[row]) for row in right},
+        confusion=tuple(tuple(count[row, column] for column in columns) for row in right),
+        row_labels=tuple(labels.values()), column_labels=tuple(map(str, columns)),
     )  # fmt: skip
 
 

@@ -67,18 +67,14 @@ class EpisodeLabels:
     @classmethod
     def of(cls, gap_mm: Array, force_n: Array, flashlight: Mask) -> "EpisodeLabels":
         """EpisodeLabels with their classes; a force that nobody knows (NaN) is neither a contact nor none."""
-        classes = tuple(
-            _frame_class(float(gap), float(force), light_on=bool(light))
-            for gap, force, light in zip(gap_mm, force_n, flashlight, strict=True)
-        )
-        return cls(gap_mm=gap_mm, force_n=force_n, flashlight=flashlight, classes=classes)
-
-
-def _frame_class(gap_mm: float, force_n: float, *, light_on: bool) -> FrameClass | None:
-    """Class of a frame; None also where a gap that is not known cannot mean that there is no object."""
-    if math.isnan(gap_mm):
-        return classify_frame(gap_mm=None, light_on=light_on) if force_n <= FELT_N else None
-    return classify_frame(gap_mm=gap_mm, force_n=0.0 if math.isnan(force_n) else force_n, light_on=light_on)
+        classes: list[FrameClass | None] = []
+        for gap, force, light in zip(gap_mm.tolist(), force_n.tolist(), flashlight.tolist(), strict=True):
+            if not math.isnan(gap):
+                known_n = 0.0 if math.isnan(force) else force
+                classes.append(classify_frame(gap_mm=gap, force_n=known_n, light_on=light))
+            else:  # no object, unless something touches or nobody knows
+                classes.append(classify_frame(gap_mm=None, light_on=light) if force <= FELT_N else None)
+        return cls(gap_mm=gap_mm, force_n=force_n, flashlight=flashlight, classes=tuple(classes))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.errors import ConfigError
-from magicsim.folder import new_folder
+from magicsim.folder import result_folder
 from magicsim.live.sight import Wish
 from magicsim.report.episode_report import report_episode
 from magicsim.robot.darkroom import FULL
@@ -61,7 +61,7 @@ class Recording:
         facts = describe(episode.scene, estimator) | {"Recorded": "in the live window, a frame for each motion"}
         if self.begun.led_strength != FULL:
             facts["LEDs"] = "strength {:g}, {:g}, {:g} (red, green, blue)".format(*self.begun.led_strength)
-        with new_folder(folder) as partial:
+        with result_folder(folder, is_listed=False) as partial:
             write_episode(partial, episode, self.printed)
             report_episode(partial, episode, facts)
 

@@ -141,7 +141,11 @@ def run_sweep(
         ConfigError: A field does not exist, or a value is out of its range.
         OutputError: The folder is not ours, holds another sweep, or cannot be written; what is finished is kept.
     """
-    designs, chooser = list_designs(sweep), _chooser(sweep)
+    designs, chooser, is_search = list_designs(sweep), dict[str, str](), sweep.sampling == "search"
+    if is_search:
+        for each in sweep.swept:
+            value_at(sweep, each.field)  # refuses what is not there
+        chooser = {"optuna": optuna_version()}
     FOLDER.check(out, resume=resume)
     start, judge = time.perf_counter(), judge or DesignJudge()
     options = options or choose_workers(None, timeout_s=sweep.timeout_s)
@@ -156,12 +160,12 @@ def run_sweep(
         if earlier is not None:
             FOLDER.refuse_another(out, earlier, index)
         FOLDER.write_config(ledger, sweep)
-        kept = earlier.failed if earlier is not None and sweep.sampling == "search" else {}
+        kept = earlier.failed if earlier is not None and is_search else {}
         FOLDER.write_index(ledger, index.model_copy(update={"failed": kept}))
         call = _Call(sweep=sweep, ledger=ledger, options=options, judge=judge, progress=progress or share)
         left = [each for each in designs if read_result(out, each.index) is None]
         failed = call.judge_all(left, len(designs) - len(left), 0)
-        if sweep.sampling == "search":
+        if is_search:
             failed |= call.search(index, kept, known=failed)
         results = read_results(out, count_designs(sweep))
         summary = write_results(sweep, ledger, results, failed, seconds=time.perf_counter() - start)
@@ -208,15 +212,6 @@ def _best(sweep: SweepConfig, best: DesignResult) -> dict[str, Any]:
     measured = best.measures[name]
     ends = {"low": measured.low, "high": measured.high}
     return {"design": best.index, "values": best.values, "measure": name, "value": measured.value} | ends
-
-
-def _chooser(sweep: SweepConfig) -> dict[str, str]:
-    """Version of what chooses designs, where a package does; also looks whether what it is to vary is there."""
-    if sweep.sampling != "search":
-        return {}
-    for each in sweep.swept:
-        value_at(sweep, each.field)
-    return {"optuna": optuna_version()}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

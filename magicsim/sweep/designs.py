@@ -177,11 +177,11 @@ def renderings_of(sensor: SweptSensor, sweep: SweepConfig) -> list[DesignRenderi
     Raises:
         ConfigError: A drawn print or camera is not allowed.
     """
-    count, rooms = sweep.quality.renderings, sweep.rooms
+    rooms, alike = sweep.rooms, [DesignRendering(sensor=sensor, drawn={})] * sweep.quality.renderings
     if not (rooms or sweep.draws):
-        return [DesignRendering(sensor=sensor, drawn={})] * count
+        return alike
     renderings = []
-    for turn, each in enumerate(_drawn(sensor, sweep)):
+    for turn, each in enumerate(_drawn(sensor, sweep) if sweep.draws else alike):
         rig = in_room(each.sensor.rig, rooms[turn % len(rooms)]) if rooms else each.sensor.rig
         camera = rig.camera.model_copy(update={"pattern_seed": sensor.rig.camera.pattern_seed + turn})
         seen = each.sensor.model_copy(update={"rig": rig.model_copy(update={"camera": camera})})
@@ -197,11 +197,8 @@ def rows_of_renderings(found: list[DesignRendering]) -> dict[str, float]:
 
 def _drawn(sensor: SweptSensor, sweep: SweepConfig) -> list[DesignRendering]:
     """Prints and cameras of the renderings."""
-    count = sweep.quality.renderings
-    if not sweep.draws:
-        return [DesignRendering(sensor=sensor, drawn={})] * count
     recipe = Recipe(
-        schema_version=1, design=sensor.design, rig=sensor.rig, seed=sweep.seed, episodes=count,
+        schema_version=1, design=sensor.design, rig=sensor.rig, seed=sweep.seed, episodes=sweep.quality.renderings,
         episodes_per_sensor=1, tolerances=sweep.tolerances, camera=sweep.camera, paths=(ClearPath(kind="clear"),),
     )  # fmt: skip
     shape = {"unevenness": sensor.design.unevenness}  # a recipe's next unit has another

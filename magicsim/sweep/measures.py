@@ -118,6 +118,11 @@ class Measured:
     """What a reader has to know, such as a bound instead of a value."""
 
     @classmethod
+    def within(cls, value: float, half: float, note: str = "") -> Self:
+        """A value whose interval reaches as far to both sides."""
+        return cls(value=value, low=value - half, high=value + half, note=note)
+
+    @classmethod
     def mean_over(cls, renderings: Sequence[Statistic], count: int, *, seed: int) -> Self:
         """A statistic of all items, mean over renderings, with its interval (see `interval`)."""
         low, high = interval(renderings, count, seed=seed)

@@ -9,6 +9,7 @@ range of a data sheet moves all of them alike and tells none from another (`pres
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from magicsim.arrays import Array
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation, Displacement
 from magicsim.deform.indentation.bearing import Bearing, press_limits
-from magicsim.deform.indentation.durometer import DurometerResult, durometer
+from magicsim.deform.indentation.durometer import durometer
 from magicsim.deform.indentation.press import compile_kernels
 from magicsim.deform.lattice.spot import QUARTERS, central_lattice, displaced_elsewhere, is_mirror_image
 from magicsim.deform.lattice.structure import FINEST_MM, Lattice
@@ -128,7 +129,8 @@ def press_curve(depths_mm: Array, force_n: Array, *, relative_error: float) -> t
     place = int(np.flatnonzero(depths_mm == FORCE_DEPTH_MM)[0])
     force = float(force_n[place])
     stiffness = float((force - force_n[place - 1]) / (depths_mm[place] - depths_mm[place - 1]))
-    return _between(force, relative_error), _between(stiffness, relative_error)
+    hard, stiff = (Measured.within(each, abs(each) * relative_error) for each in (force, stiffness))
+    return hard, stiff
 
 
 def spacing_error(design: ElastomerDesign, thing: ObjectConfig, force_n: float, *, cells_across: int) -> float:
@@ -150,26 +152,21 @@ def spacing_error(design: ElastomerDesign, thing: ObjectConfig, force_n: float, 
 
 def hardness(design: ElastomerDesign, quality: SweepQuality) -> Measured:
     """Shore A with the change that a coarser lattice makes; none where no equilibrium is found."""
+    spacing_mm, tolerance_n = quality.durometer_spacing_mm, DUROMETER_TOLERANCE_N
+    walls, step_mm = quality.durometer_walls, DUROMETER_STEP_MM
+    solved = partial(durometer, design, walls=walls, step_mm=step_mm, force_tolerance_n=tolerance_n)
     try:
-        fine = _durometer(design, quality, quality.durometer_spacing_mm)
+        fine = solved(spacing_mm=spacing_mm)
     except ConvergenceError as error:
         return Measured(value=None, note=str(error))
     note = f"walls below the cone {fine.walls}" if fine.walls != "none" else ""
     try:
-        other = _durometer(design, quality, DUROMETER_COARSENING * quality.durometer_spacing_mm)
+        other = solved(spacing_mm=DUROMETER_COARSENING * spacing_mm)
     except ConvergenceError:
         return Measured(value=fine.shore_a, note=note)
     if other.unknowns == fine.unknowns:  # the printed planes leave no coarser lattice
         return Measured(value=fine.shore_a, note=note)
-    half = abs(fine.shore_a - other.shore_a)
-    return Measured(value=fine.shore_a, low=fine.shore_a - half, high=fine.shore_a + half, note=note)
-
-
-def _durometer(design: ElastomerDesign, quality: SweepQuality, spacing_mm: float) -> DurometerResult:
-    return durometer(
-        design, spacing_mm=spacing_mm, walls=quality.durometer_walls, step_mm=DUROMETER_STEP_MM,
-        force_tolerance_n=DUROMETER_TOLERANCE_N,
-    )  # fmt: skip
+    return Measured.within(fine.shore_a, abs(fine.shore_a - other.shore_a), note)
 
 
 LIMITS_COARSENING = 1.5
@@ -207,10 +204,4 @@ def _failure(name: str, fine: Bearing, coarse: Bearing) -> Measured:
     value = float(getattr(first, key))
     if other is None:
         return Measured(value=value, note=f"by {first.by}")
-    half = abs(value - float(getattr(other, key)))
-    return Measured(value=value, low=value - half, high=value + half, note=f"by {first.by}")
-
-
-def _between(value: float, relative_error: float) -> Measured:
-    half = abs(value) * relative_error
-    return Measured(value=value, low=value - half, high=value + half)
+    return Measured.within(value, abs(value - float(getattr(other, key))), f"by {first.by}")

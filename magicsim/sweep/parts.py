@@ -15,7 +15,6 @@ import numpy.typing as npt
 
 from magicsim.arrays import Array, Index
 from magicsim.deform.indentation.press import press
-from magicsim.detectors.frame import Frame
 from magicsim.errors import ConfigError, ConvergenceError, FrameError, MagicsimError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import resolve_grid
@@ -71,7 +70,8 @@ def localisation_error(predicted: Sequence[Array], places: Array, *, seed: int) 
 def predicted_places(film: DesignFilm) -> Array:
     """Place of each touch as the regressor says that has seen the others, shape (touches, 2) [mm]."""
     reference = np.mean(film.references(), axis=0)
-    features = np.stack([_mean_features(film.frames(each, DRAWS, first=FIRST), reference) for each in film.touches])
+    seen = [film.frames(each, DRAWS, first=FIRST) for each in film.touches]
+    features = np.stack([np.mean([change_centroids(each, reference) for each in frames], axis=0) for frames in seen])
     return left_out_predictions(features, true_places(film))
 
 
@@ -82,22 +82,20 @@ def true_places(film: DesignFilm) -> Array:
 
 def left_out_predictions(features: Array, targets: Array) -> Array:
     """Predictions of each row by a ridge regression on all other rows, shape (rows, targets)."""
-    rows = np.arange(len(features))
-    result = np.zeros_like(targets)
+
+    def error(penalty: float, features: Array, targets: Array) -> float:
+        return float(np.square(_left_out(features, targets, lambda *_: penalty) - targets).sum())
+
+    return _left_out(features, targets, lambda *rest: min(PENALTIES, key=lambda each: error(each, *rest)))
+
+
+def _left_out(features: Array, targets: Array, penalty: Callable[[Array, Array], float]) -> Array:
+    """Predictions of each row from all others, with the penalty that these ask for."""
+    rows, result = np.arange(len(features)), np.zeros_like(targets)
     for held in rows:
-        rest = rows != held
-        penalty = min(PENALTIES, key=lambda each: _left_out_error(features[rest], targets[rest], each))
-        result[held] = _predict(features[rest], targets[rest], features[held : held + 1], penalty)[0]
+        rest = features[rows != held], targets[rows != held]
+        result[held] = _predict(*rest, features[held : held + 1], penalty(*rest))[0]
     return result
-
-
-def _left_out_error(features: Array, targets: Array, penalty: float) -> float:
-    rows = np.arange(len(features))
-    missed = [
-        _predict(features[rows != held], targets[rows != held], features[held : held + 1], penalty)[0] - targets[held]
-        for held in rows
-    ]
-    return float(np.square(missed).sum())
 
 
 def _predict(features: Array, targets: Array, asked: Array, penalty: float) -> Array:
@@ -107,10 +105,6 @@ def _predict(features: Array, targets: Array, asked: Array, penalty: float) -> A
     gram = rows @ rows.T
     weights = np.linalg.solve(gram + penalty * np.trace(gram) / len(rows) * np.eye(len(rows)), targets - centre)
     return np.asarray((asked - mean) @ rows.T @ weights + centre)
-
-
-def _mean_features(frames: Sequence[Frame], reference: Array) -> Array:
-    return np.asarray(np.mean([change_centroids(frame, reference) for frame in frames], axis=0))
 
 
 Filmed = tuple[DesignFilm, FittedDetector]
@@ -299,11 +293,8 @@ def _contact(films: Sequence[Filmed], quality: SweepQuality, seed: int) -> dict[
             detection.contact_scores(film, detector, quality.draws, drift=quality.drift, touches=film.others[number])
             for film, detector in films
         ]
-        told = {
-            "auc": detection.contact_auc(scores, seed=seed),
-            "accuracy": detection.contact_accuracy(scores, seed=seed),
-        }
-        for name, each in told.items():
+        for name, measure in (("auc", detection.contact_auc), ("accuracy", detection.contact_accuracy)):
+            each = measure(scores, seed=seed)
             for end, value in ((name, each.value), (f"{name}_low", each.low), (f"{name}_high", each.high)):
                 found.setdefault(end, []).append(value)
     return {"contact": found} if quality.contact_depths_mm else {}

@@ -126,25 +126,14 @@ def read_result(out: Path, index: int) -> DesignResult | None:
         raise OutputError(msg) from None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PrintLimit:
-    """A range that prints are known to come out in."""
-
-    name: str
-    low: float
-    high: float
-
-
 LIMITS = {
-    "skin_mm": (
-        PrintLimit(name="printed skin", low=0.3, high=3.0), PrintLimit(name="recommended skin", low=0.5, high=1.0),
-    ),
-    "cell_mm": (PrintLimit(name="printed cell", low=0.6, high=1.0),),
-    "height_mm": (PrintLimit(name="printed height", low=2.0, high=20.0),),
-    "core_mm": (PrintLimit(name="recommended core", low=4.0, high=6.0),),
-    "wall_mm": (PrintLimit(name="assumed thinnest wall", low=0.1, high=float("inf")),),
-}  # fmt: skip
-"""Limits of each size [mm]; the core is recommended as 'about 5 mm'."""
+    "skin_mm": (("printed skin", 0.3, 3.0), ("recommended skin", 0.5, 1.0)),
+    "cell_mm": (("printed cell", 0.6, 1.0),),
+    "height_mm": (("printed height", 2.0, 20.0),),
+    "core_mm": (("recommended core", 4.0, 6.0),),
+    "wall_mm": (("assumed thinnest wall", 0.1, math.inf),),
+}
+"""Ranges of each size that prints come out in, by name: least and largest [mm]; the core is to be 'about 5 mm'."""
 SLACK_MM = 1e-6
 
 
@@ -152,11 +141,12 @@ def printability(block: Block) -> Measured:
     """Share of the limits that a block keeps, with the names of those it does not."""
     kept, broken = 0, []
     for name, value in sizes_mm(block).items():
-        for limit in LIMITS[name]:
-            if limit.low - SLACK_MM <= value <= limit.high + SLACK_MM:
+        for what, low, high in LIMITS[name]:
+            if low - SLACK_MM <= value <= high + SLACK_MM:
                 kept += 1
             else:
-                broken.append(f"{limit.name} {_range(limit)} mm, here {value:.3g}")
+                span = f"at least {low:g}" if high == math.inf else f"{low:g} to {high:g}"
+                broken.append(f"{what} {span} mm, here {value:.3g}")
     share = kept / (kept + len(broken))
     return Measured(value=share, low=share, high=share, note="; ".join(broken))
 
@@ -168,7 +158,3 @@ def sizes_mm(block: Block) -> dict[str, float]:
     if block.cell_mm is not None:
         sizes |= {"cell_mm": round(min(block.cell_mm), 6), "wall_mm": block.wall_mm}
     return sizes
-
-
-def _range(limit: PrintLimit) -> str:
-    return f"at least {limit.low:g}" if limit.high == float("inf") else f"{limit.low:g} to {limit.high:g}"

@@ -10,9 +10,7 @@ ones, so that a batch does not hold the same design many times.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -47,9 +45,6 @@ def pareto_front(costs: Array) -> Mask:
     return result
 
 
-if TYPE_CHECKING:
-    import optuna
-
 SAMPLER = 5
 """Stream of the sampler's seed."""
 
@@ -68,33 +63,29 @@ def optuna_version() -> str:
     return str(optuna.__version__)
 
 
-@dataclass(slots=True, kw_only=True)
 class Study:
     """What was asked and told so far; the same results, told in the same order, lead to the same points."""
 
-    sweep: SweepConfig
-    _study: "optuna.Study" = field(init=False)
-    _open: "list[optuna.Trial]" = field(init=False, default_factory=list)
-
-    def __post_init__(self) -> None:
+    def __init__(self, sweep: SweepConfig, settings: SearchSettings) -> None:
         """Begins without results."""
         import optuna
 
-        names, settings = self._names(), self._settings()
+        self._sweep, self._settings, self._names = sweep, settings, [each.field for each in sweep.swept]
+        self._open: list[optuna.Trial] = []
         optuna.logging.set_verbosity(optuna.logging.WARNING)
-        seed = int(np.random.SeedSequence([self.sweep.seed, SAMPLER]).generate_state(1)[0])
+        seed = int(np.random.SeedSequence([sweep.seed, SAMPLER]).generate_state(1)[0])
         sampler = optuna.samplers.TPESampler(seed=seed, n_startup_trials=settings.start, multivariate=True)
-        self._study = optuna.create_study(directions=["minimize"] * len(self.sweep.objectives), sampler=sampler)
-        points = unit_points(settings.start, len(names), seed=self.sweep.seed, stream=POINTS, sampling="sobol")
+        self._study = optuna.create_study(directions=["minimize"] * len(sweep.objectives), sampler=sampler)
+        points = unit_points(settings.start, len(self._names), seed=sweep.seed, stream=POINTS, sampling="sobol")
         for point in points.tolist():
-            self._study.enqueue_trial(dict(zip(names, point, strict=True)))
+            self._study.enqueue_trial(dict(zip(self._names, point, strict=True)))
 
     def ask(self, count: int) -> list[list[float]]:
         """Chooses the next points of the unit cube, one number in 0..1 for each swept field."""
         points = []
         for _ in range(count):
             trial = self._study.ask()
-            points.append([trial.suggest_float(name, 0.0, 1.0) for name in self._names()])
+            points.append([trial.suggest_float(name, 0.0, 1.0) for name in self._names])
             self._open.append(trial)
         return points
 
@@ -106,8 +97,8 @@ class Study:
         import optuna
 
         for trial, result in zip(self._open, results, strict=True):
-            costs = costs_of([result], self.sweep.objectives)[0] if result is not None else np.array([np.nan])
-            excesses = [each.excess(result) if result is not None else None for each in self._settings().limits]
+            costs = costs_of([result], self._sweep.objectives)[0] if result is not None else np.array([np.nan])
+            excesses = [each.excess(result) if result is not None else None for each in self._settings.limits]
             if not np.isfinite(costs).all() or None in excesses:
                 self._study.tell(trial, state=optuna.trial.TrialState.FAIL)
                 continue
@@ -115,12 +106,6 @@ class Study:
                 trial.set_constraint(str(number), float(excess or 0.0))
             self._study.tell(trial, costs.tolist())
         self._open = []
-
-    def _names(self) -> list[str]:
-        return [each.field for each in self.sweep.swept]
-
-    def _settings(self) -> SearchSettings:
-        return self.sweep.search or SearchSettings()
 
 
 Failures = dict[str, str]
@@ -140,7 +125,8 @@ def search_designs(
     A design that is chosen again is not judged again: its first result counts. One that failed in a batch that was
     judged whole stays failed, because later designs were chosen in that knowledge.
     """
-    study, count, size = Study(sweep=sweep), sweep.count or 1, (sweep.search or SearchSettings()).batch
+    settings, count = sweep.search or SearchSettings(), sweep.count or 1
+    study, size = Study(sweep, settings), settings.batch
     failed: Failures = {}
     first_with: dict[tuple[float | str, ...], int] = {}
     results: dict[int, DesignResult | None] = {}

@@ -233,13 +233,13 @@ def smallest_spacing(spacings_mm: Array, observed: Sequence[PatternPowers], *, s
 
     count = len(observed[0].around)
     value = crossing(np.arange(count))
-    low, high = interval([crossing], count, seed=seed)
+    low, high = (end if np.isfinite(end) else None for end in interval([crossing], count, seed=seed))
     if value == np.inf:
         note = f"above the largest spacing tried, {spacings_mm[0]:g} mm"
         return Measured(value=None, low=float(spacings_mm[0]), note=note)
     if value <= spacings_mm[-1]:
-        return Measured(value=value, high=_finite(high), note="at most: the smallest spacing tried is told apart")
-    return Measured(value=value, low=_finite(low), high=_finite(high))
+        return Measured(value=value, high=high, note="at most: the smallest spacing tried is told apart")
+    return Measured(value=value, low=low, high=high)
 
 
 def told_apart_to(spacings_mm: Array, d_prime: Array) -> float:
@@ -252,7 +252,3 @@ def told_apart_to(spacings_mm: Array, d_prime: Array) -> float:
         return float(spacings_mm[-1])
     share = (d_prime[last] - TOLD_APART) / (d_prime[last] - d_prime[last + 1])
     return float(spacings_mm[last] * (spacings_mm[last + 1] / spacings_mm[last]) ** share)
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None

@@ -92,9 +92,6 @@ def check_trends(results: Sequence[DesignResult]) -> list[TrendCheck]:
 
 def series(results: Sequence[DesignResult], field: str, measure: str) -> list[list[Measured]]:
     """A measure along a field, one row for each choice of all other fields, of two designs or more."""
-    names = {name for result in results for name in result.values}
-    if field not in names:
-        return []
     rows: dict[tuple[object, ...], dict[float | str, Measured]] = defaultdict(dict)
     for result in results:
         found = result.measures.get(measure)

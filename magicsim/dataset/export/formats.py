@@ -25,7 +25,7 @@ from magicsim.dataset.export.source import BYTES, MATRIX, VECTOR, Source, number
 from magicsim.dataset.manifest import SENSORS
 from magicsim.dataset.shard import Column
 from magicsim.errors import ConfigError, OutputError
-from magicsim.folder import new_folder
+from magicsim.folder import result_folder
 
 COMPRESSION = 4
 """Level of gzip in HDF5, 0..9."""
@@ -190,7 +190,7 @@ def export_dataset(folder: Path, out: Path, layout: Format) -> Exported:
     if out.exists():
         raise OutputError(f"output folder '{out}' exists; name a new folder")
     writer = _writer(layout)
-    with new_folder(out) as partial:
+    with result_folder(out, is_listed=False) as partial:
         writer(source, partial)
     return Exported(
         format=layout,
@@ -240,14 +240,9 @@ def _write_episode(archive: tarfile.TarFile, source: Source, table: pa.Table) ->
         for name, values in images.items():
             _add(archive, f"{key}.{ENDINGS[name]}", values[place]["bytes"])
         for name, arrays in matrices.items():
-            _add(archive, f"{key}.{name}.npy", _npy(arrays[place]))
+            np.save(stored := io.BytesIO(), arrays[place])
+            _add(archive, f"{key}.{name}.npy", stored.getvalue())
         _add(archive, f"{key}.json", json.dumps(without_nan(row), allow_nan=False).encode())
-
-
-def _npy(array: np.ndarray[Any, Any]) -> bytes:
-    sink = io.BytesIO()
-    np.save(sink, array)
-    return sink.getvalue()
 
 
 def _add(archive: tarfile.TarFile, name: str, content: bytes) -> None:

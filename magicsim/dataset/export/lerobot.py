@@ -157,7 +157,6 @@ def _write_meta(
     frames: int,
 ) -> None:
     camera, fps = source.recipe.rig.camera, source.recipe.frames_per_second
-    counters = {name: {"dtype": "int64", "shape": [1], "names": None} for name in COUNTERS}
     shape = [camera.rows, camera.columns, 3]
     info = {
         "codebase_version": "v3.0",
@@ -176,7 +175,7 @@ def _write_meta(
             IMAGE: {"dtype": "image", "shape": shape, "names": ["height", "width", "channels"]},
             STATE: {"dtype": "float32", "shape": [len(STATE_NAMES)], "names": list(STATE_NAMES)},
             "timestamp": {"dtype": "float32", "shape": [1], "names": None},
-            **counters,
+            **{name: {"dtype": "int64", "shape": [1], "names": None} for name in COUNTERS},
         },
     }
     (folder / "episodes" / "chunk-000").mkdir(parents=True)
@@ -184,11 +183,9 @@ def _write_meta(
     (folder / "stats.json").write_text(json.dumps(dict(_stats(moments, frames)), indent=4), encoding="utf-8")
     pq.write_table(pa.Table.from_pylist(episodes), folder / "episodes" / FILE.format(chunk_index=0, file_index=0))
     tasks = pa.table({"task_index": pa.array(range(len(paths)), pa.int64()), "task": paths})
-    index = {"index_columns": ["task"], "columns": [_pandas("task_index", "int64"), _pandas("task", "unicode")]}
-    pandas = json.dumps(index | {"column_indexes": [], "pandas_version": "2.0.0"})
-    pq.write_table(tasks.replace_schema_metadata({"pandas": pandas}), folder / "tasks.parquet")
-
-
-def _pandas(name: str, kind: str) -> dict[str, Any]:
-    numpy_type = "object" if kind == "unicode" else kind
-    return {"name": name, "field_name": name, "pandas_type": kind, "numpy_type": numpy_type, "metadata": None}
+    described = [
+        {"name": name, "field_name": name, "pandas_type": kind, "numpy_type": numpy_type, "metadata": None}
+        for name, kind, numpy_type in (("task_index", "int64", "int64"), ("task", "unicode", "object"))
+    ]
+    index = {"index_columns": ["task"], "columns": described, "column_indexes": [], "pandas_version": "2.0.0"}
+    pq.write_table(tasks.replace_schema_metadata({"pandas": json.dumps(index)}), folder / "tasks.parquet")

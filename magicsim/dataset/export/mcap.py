@@ -6,7 +6,6 @@ Images, masks and truth come at the camera's rate, what stands still once a seco
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -48,27 +47,16 @@ TRUTH_FIELDS: dict[str, dict[str, Any]] = {
 """Columns of a dataset that `/tactile/truth` carries, as JSON; a gap is null without an object."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Channels:
-    """What one file is written to."""
+    """What one file is written to, in a context of its own, so that nothing else is recorded."""
 
-    image: CompressedImageChannel
-    mask: CompressedImageChannel
-    calibration: CameraCalibrationChannel
-    transforms: FrameTransformsChannel
-    truth: foxglove.Channel
-
-    @classmethod
-    def of(cls, context: foxglove.Context) -> "Channels":
-        """Channels in a context of their own, so that nothing else is recorded."""
+    def __init__(self, context: foxglove.Context) -> None:
         schema = {"type": "object", "title": "magicsim.Truth", "properties": TRUTH_FIELDS}
-        return cls(
-            image=CompressedImageChannel(IMAGE, context=context),
-            mask=CompressedImageChannel(MASK, context=context),
-            calibration=CameraCalibrationChannel(CALIBRATION, context=context),
-            transforms=FrameTransformsChannel(TRANSFORMS, context=context),
-            truth=foxglove.Channel(TRUTH, schema=schema, message_encoding="json", context=context),
-        )
+        self.image = CompressedImageChannel(IMAGE, context=context)
+        self.mask = CompressedImageChannel(MASK, context=context)
+        self.calibration = CameraCalibrationChannel(CALIBRATION, context=context)
+        self.transforms = FrameTransformsChannel(TRANSFORMS, context=context)
+        self.truth = foxglove.Channel(TRUTH, schema=schema, message_encoding="json", context=context)
 
 
 def write_mcap_episode(
@@ -79,7 +67,7 @@ def write_mcap_episode(
     options = MCAPWriteOptions(compression_threads=0)
     with foxglove.open_mcap(str(target), context=context, writer_options=options) as writer:
         writer.write_metadata("magicsim", {"version": __version__, **(about or {})})
-        channels, due_s = Channels.of(context), 0.0
+        channels, due_s = Channels(context), 0.0
         for row in rows:
             is_due = row["time_s"] >= due_s
             due_s += STILL_S * is_due

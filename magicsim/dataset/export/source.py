@@ -17,8 +17,8 @@ from magicsim.dataset.manifest import (
     Manifest,
     Recorded,
     ShardEntry,
+    known_manifest,
     listed_content,
-    read_manifest,
     read_recorded,
 )
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
@@ -123,9 +123,7 @@ class Source:
 
 def open_dataset(folder: Path) -> Source:
     """A finished dataset to export; `OutputError` where the folder holds none."""
-    manifest = read_manifest(folder)
-    if manifest is None:
-        raise OutputError(f"'{folder}' holds no dataset: {MANIFEST} is missing")
+    manifest = known_manifest(folder)
     if not manifest.is_complete or not manifest.shards:
         raise OutputError(f"'{folder}' holds an unfinished dataset; the command that made it finishes it with --resume")
     return Source(folder=folder, manifest=manifest)

@@ -1,5 +1,6 @@
 """Recorded frames as magicsim reads them: order of colours, part, orientation, size, and the clock of a video."""
 
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +43,11 @@ def brightened(frame: Frame, gain: float) -> Frame:
 
 def clock_start_s(path: Path) -> float:
     """When the clock of a video stands at its first frame, which need not be 0 [s]; needs PyAV (`ConfigError`)."""
-    av = _pyav()
+    try:
+        av: Any = import_module("av")
+    except ModuleNotFoundError:
+        raise ConfigError("a video with time stamps needs PyAV: pip install 'magicsim[video]'") from None
+    av.logging.set_level(av.logging.PANIC)
     try:
         with av.open(str(path)) as container:
             stream = container.streams.best("video")
@@ -50,12 +55,3 @@ def clock_start_s(path: Path) -> float:
             return float(start * stream.time_base) if start is not None else 0.0
     except (av.error.FFmpegError, OSError) as error:
         raise FrameError(f"video '{path}' cannot be decoded: {getattr(error, 'strerror', None) or error}") from None
-
-
-def _pyav() -> Any:  # noqa: ANN401 - PyAV is optional
-    try:
-        import av
-    except ModuleNotFoundError:
-        raise ConfigError("a video with time stamps needs PyAV: pip install 'magicsim[video]'") from None
-    av.logging.set_level(av.logging.PANIC)
-    return av

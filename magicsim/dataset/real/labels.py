@@ -122,17 +122,16 @@ def _wanted(columns: LabelColumns, *, needs_images: bool) -> list[tuple[str, str
 def _row(line: Line, columns: LabelColumns, scale: Scales, names: Collection[str]) -> Row:
     row = nothing() | {"line": line.number_in_file}
     row["image"] = line.text(columns.image) if columns.image in names else ""
-    for field in TEXTS:
-        if (name := getattr(columns, field)) is not None:
-            row[field] = line.text(name)
-    for field in FLAGS:
-        if (name := getattr(columns, field)) is not None:
-            row[field] = line.flag(name)
-    for field in NUMBERS:
-        if (name := getattr(columns, field)) is not None:
-            row[field] = getattr(scale, field) * line.number(name)
-    for field in VECTORS:
-        if (named := getattr(columns, field)) is not None:
+    for field in (*TEXTS, *FLAGS, *NUMBERS, *VECTORS):
+        if (named := getattr(columns, field)) is None:
+            continue
+        if field in TEXTS:
+            row[field] = line.text(named)
+        elif field in FLAGS:
+            row[field] = line.flag(named)
+        elif field in NUMBERS:
+            row[field] = getattr(scale, field) * line.number(named)
+        else:
             row[field] = _vector(line, named, getattr(scale, field))
     if isinstance(columns.force_n, str):
         row["force_parts"] = 1
@@ -200,7 +199,11 @@ def truth_of(row: Row, rules: TruthRules, known: frozenset[str], *, name: str = 
         contact = False
     frame_class: FrameClass | None
     if "frame_class" in known:
-        frame_class = _given(row["frame_class"], rules, name)
+        word = rules.classes.get(row["frame_class"], row["frame_class"])
+        if word and word not in {LIGHT_TOUCH, *FrameClass}:
+            unknown = unknown_choice("class", row["frame_class"], FrameClass)
+            raise ConfigError(f"'{name}': {unknown}; truth.classes translates other words")
+        frame_class = scored_class(word)  # none for an empty text and for a light touch
     elif not math.isnan(gap_mm) or is_without_object:
         frame_class = classify_frame(
             gap_mm=None if math.isnan(gap_mm) else gap_mm,
@@ -214,15 +217,6 @@ def truth_of(row: Row, rules: TruthRules, known: frozenset[str], *, name: str = 
     else:
         frame_class = FrameClass(rules.without_contact) if contact is False and rules.without_contact else None
     return RealTruth(gap_mm=gap_mm, depth_mm=depth_mm, contact=contact, frame_class=frame_class)
-
-
-def _given(word: str, rules: TruthRules, name: str) -> FrameClass | None:
-    """Class that a column gives; None for an empty text and for a light touch."""
-    meant = rules.classes.get(word, word)
-    if meant and meant not in {LIGHT_TOUCH, *FrameClass}:
-        msg = f"'{name}': {unknown_choice('class', word, FrameClass)}; truth.classes translates other words"
-        raise ConfigError(msg)
-    return scored_class(meant)
 
 
 Entry = tuple[Path, Row]
@@ -249,7 +243,8 @@ def in_order(entries: Sequence[Entry], table: Path, remark: Remark) -> tuple[Ent
 
 
 def _episode_in_order(entries: list[Entry], table: Path, remark: Remark) -> list[Entry]:
-    named = _by_name(entries)
+    is_named = is_numbered([path.stem for path, _ in entries])
+    named = sorted(entries, key=lambda each: by_number(str(each[0]))) if is_named else None
     times = np.array([row["time_s"] for _, row in entries], float)
     known = times[~np.isnan(times)]
     if len(known):
@@ -275,10 +270,3 @@ def _episode_in_order(entries: list[Entry], table: Path, remark: Remark) -> list
         return named
     remark(f"rows of '{table.name}' are in another order than the numbers in the names of their images: theirs is kept")
     return entries
-
-
-def _by_name(entries: list[Entry]) -> list[Entry] | None:
-    """Entries by the numbers in their names; None where these tell no order."""
-    if not is_numbered([path.stem for path, _ in entries]):
-        return None
-    return sorted(entries, key=lambda each: by_number(str(each[0])))

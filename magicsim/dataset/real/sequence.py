@@ -29,8 +29,8 @@ from magicsim.dataset.real.labels import (
 )
 from magicsim.detectors.frame import Frame
 from magicsim.detectors.picture import IMAGE_SUFFIXES, read_image
-from magicsim.detectors.source import Shot, image_files, image_path, open_source, read_source
-from magicsim.detectors.video import VIDEO_SUFFIXES
+from magicsim.detectors.source import image_files, image_path, open_source, read_source
+from magicsim.detectors.video import VIDEO_SUFFIXES, Shot
 from magicsim.errors import ConfigError, FrameError
 from magicsim.frame_class import NEAR_MIN_MM, FrameClass
 

@@ -10,21 +10,27 @@ from itertools import chain, islice, pairwise
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import pyarrow as pa
 import tomli_w
 
 from magicsim.config.program import versions
+from magicsim.dataset.card import card_columns, card_header
 from magicsim.dataset.columns import recorded_columns
-from magicsim.dataset.manifest import CARD, FOLDER, RECORDED, Manifest, Recorded, ShardEntry
+from magicsim.dataset.manifest import CARD, FOLDER, RECORDED, Manifest, Recorded, ShardEntry, with_files
 from magicsim.dataset.real.description import Description, RealSource
 from magicsim.dataset.real.inspection import Inspection, inspect_sequences
 from magicsim.dataset.real.labels import CONTACT_LABELS
 from magicsim.dataset.real.sequence import RealFrame, RecordedSequence, check_size, sequences_of
-from magicsim.dataset.shard import ROWS_A_GROUP, Column, read_rows, schema_of_columns, write_rows
-from magicsim.detectors.frame import Frame
-from magicsim.errors import FrameError
+from magicsim.dataset.shard import (
+    ROWS_A_GROUP,
+    Column,
+    png_cell,
+    read_rows,
+    schema_of_columns,
+    table_of_rows,
+    write_rows,
+)
 from magicsim.folder.ledger import RESUMABLE, Ledger
 from magicsim.folder.listing import sha256_of
 from magicsim.folder.target import output_errors, sole_writer
@@ -123,9 +129,7 @@ def _begin(
         CARD: real_card(real.description, columns, [each.source.split for each in sequences]).encode(),
     }
     ledger = FOLDER.open_ledger(out)
-    for name, content in contents.items():
-        ledger.place(name, content)
-    manifest = manifest.model_copy(update={"files": {name: ledger.listed(name).sha256 for name in contents}})
+    manifest = with_files(manifest, ledger, contents)
     FOLDER.write_index(ledger, manifest)
     return ledger, manifest
 
@@ -141,11 +145,8 @@ def _complete(ledger: Ledger, manifest: Manifest, sequences: list[RecordedSequen
             with ledger.writing(name) as partial:
                 write_rows(partial, _tables(rows, columns), schema_of_columns(columns))
             size = rows.size
-        written = ledger.listed(name)
-        entry = ShardEntry(
-            file=name, split=source.split, episodes=(number,), rows=read_rows(ledger.out / name).num_rows,
-            size=written.size or 0, sha256=written.sha256,
-        )  # fmt: skip
+        count = read_rows(ledger.out / name).num_rows
+        entry = ShardEntry.of(ledger, name, split=source.split, episodes=(number,), rows=count)
         others = [each for each in manifest.shards if each.file != name]
         shards = tuple(sorted((*others, entry), key=lambda each: each.file))
         manifest = manifest.model_copy(update={"shards": shards, "rows": sum(each.rows for each in shards)})
@@ -185,18 +186,14 @@ def _tables(rows: _Rows, columns: list[Column]) -> Iterator[pa.Table]:
     """Rows in tables of the size of a row group."""
     left = iter(rows)
     while batch := list(islice(left, ROWS_A_GROUP)):
-        arrays = [
-            pa.array([row[each.name] if row.get(each.name) is not None else each.empty for row in batch], each.arrow)
-            for each in columns
-        ]
-        yield pa.Table.from_arrays(arrays, schema=schema_of_columns(columns))
+        yield table_of_rows(batch, columns)
 
 
 def frame_row(frame: RealFrame, sequence: RecordedSequence) -> dict[str, Any]:
     """Columns of one frame of a recording by itself. What a reference has no label of is that of no contact."""
     labels = frame.labels
     common = {
-        "image": _png(frame.image),
+        "image": png_cell(frame.image),
         "is_reference": frame.is_reference,
         "flashlight": bool(labels["flashlight"]),
     }
@@ -216,14 +213,6 @@ def frame_row(frame: RealFrame, sequence: RecordedSequence) -> dict[str, Any]:
         "object_position_mm": labels["place_mm"],
         "twist_deg": labels["twist_deg"],
     }
-
-
-def _png(image: Frame) -> dict[str, Any]:
-    good, content = cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))
-    if not good:
-        msg = "a frame cannot be stored as PNG"
-        raise FrameError(msg)
-    return {"bytes": content.tobytes(), "path": None}
 
 
 def table_columns(sequences: Sequence[RecordedSequence]) -> list[Column]:
@@ -254,18 +243,8 @@ def _rate(sequence: RecordedSequence) -> float | None:
 
 def real_card(description: Description, columns: Sequence[Column], splits: Sequence[str]) -> str:
     """Markdown with a YAML header that names the files of each split."""
-    licence = f"license: {description.license}\n" if description.license is not None else ""
-    files = "\n".join(f"  - split: {split}\n    path: data/{split}-*.parquet" for split in dict.fromkeys(splits))
-    rows = "\n".join(f"| `{column.name}` | {column.meaning} |" for column in columns)
     return f"""---
-{licence}tags:
-- robotics
-- tactile
-configs:
-- config_name: default
-  default: true
-  data_files:
-{files}
+{card_header(description.license, ("robotics", "tactile"), dict.fromkeys(splits))}
 ---
 
 # Recorded frames of a touch sensor
@@ -274,7 +253,5 @@ Frames of a real sensor with their labels, in the columns of a dataset that magi
 they came from and what was done to them. What nobody labelled is empty or a number that is none;
 the flashlight counts as off.
 
-| column | meaning |
-|---|---|
-{rows}
+{card_columns(columns)}
 """

@@ -4,7 +4,7 @@ Both are drawn when they are asked for, so that it does not matter how many ther
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Generic, TypeVar, overload
@@ -110,8 +110,8 @@ class Drawn(Sequence[DrawnT], Generic[DrawnT]):
 def draw_sensors(recipe: Recipe, count: int) -> Drawn[DrawnSensor]:
     """The first sensors of a recipe; a drawn design that is not allowed is an error when it is asked for."""
     numbers = _tolerances(recipe)
-    printed = len(_varying(numbers.values()))
-    rooms = [len(_varying(each.numbers().values())) for each in recipe.rooms]
+    printed = len(_varying(numbers))
+    rooms = [len(_varying(each.numbers())) for each in recipe.rooms]
     points = _points(recipe, printed + (ROOM_CHOICES + max(rooms) if rooms else 0), SENSORS)
     ends = [printed, printed + ROOM_CHOICES]
     return Drawn(count, lambda index: _sensor(recipe, index, numbers, np.split(points[index], ends)))
@@ -121,9 +121,9 @@ def draw_episodes(recipe: Recipe) -> Drawn[DrawnEpisode]:
     """All episodes of a recipe, the first ones always the same; what is not allowed is an error once asked for."""
     sensors = draw_sensors(recipe, sensor_of(recipe, recipe.episodes - 1) + 1)
     bounds = _place_bounds(recipe)
-    camera = len(_varying(_camera(recipe).values()))
-    objects = max((len(_varying(each.numbers().values())) for each in recipe.objects), default=0)
-    paths = max(len(_varying(each.numbers().values())) for each in recipe.paths)
+    camera = len(_varying(_camera(recipe)))
+    objects = max((len(_varying(each.numbers())) for each in recipe.objects), default=0)
+    paths = max(len(_varying(each.numbers())) for each in recipe.paths)
     points = _points(recipe, CHOICES + camera + objects + paths, EPISODES)
     ends = np.cumsum([CHOICES, camera, objects])
     return Drawn(
@@ -155,21 +155,19 @@ def _place_bounds(recipe: Recipe) -> Bounds:
 
 def drawn_names(recipe: Recipe) -> list[str]:
     """Names of all values that an episode of the recipe may have, sorted."""
-    names = [f"sensor.{name}" for name, number in _tolerances(recipe).items() if isinstance(number, Distribution)]
-    names += [f"camera.{name}" for name, number in _camera(recipe).items() if isinstance(number, Distribution)]
+    groups = [("sensor", _tolerances(recipe)), ("camera", _camera(recipe))]
     for group, entries in (("sensor", recipe.rooms), ("object", recipe.objects), ("path", recipe.paths)):
-        for entry in entries:
-            numbers = entry.numbers().items()
-            names += [f"{group}.{name}" for name, number in numbers if isinstance(number, Distribution)]
-    return sorted(set(names))
+        groups += [(group, entry.numbers()) for entry in entries]
+    return sorted({f"{group}.{name}" for group, numbers in groups for name in _varying(numbers)})
 
 
 def _points(recipe: Recipe, dimensions: int, stream: int) -> UnitPoints:
     return UnitPoints(dimensions, seed=recipe.seed, stream=stream, sampling=recipe.sampling)
 
 
-def _varying(numbers: Iterable[Number]) -> list[Distribution]:
-    return [number for number in numbers if isinstance(number, Distribution)]
+def _varying(numbers: Mapping[str, Number]) -> list[str]:
+    """Names of the numbers that are drawn."""
+    return [name for name, number in numbers.items() if isinstance(number, Distribution)]
 
 
 def _drawer(group: str, point: Array, values: Values, bounds: Bounds | None = None) -> Callable[[str, Number], float]:
@@ -209,8 +207,8 @@ def _flawed(design: Mapping[str, Any]) -> list[str]:
 
 def differing_units(recipe: Recipe, count: int) -> int:
     """How many of so many printed sensors look different at rest: one, where nothing is drawn for them."""
-    rooms = len(recipe.rooms) > 1 or any(_varying(each.numbers().values()) for each in recipe.rooms)
-    tolerances = bool(_varying(_tolerances(recipe).values()))
+    rooms = len(recipe.rooms) > 1 or any(_varying(each.numbers()) for each in recipe.rooms)
+    tolerances = bool(_varying(_tolerances(recipe)))
     return count if rooms or tolerances or _flawed(draw_sensors(recipe, 1)[0].design.model_dump()) else min(count, 1)
 
 

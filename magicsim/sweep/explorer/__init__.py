@@ -50,11 +50,9 @@ def table_csv(rows: Sequence[Row]) -> bytes:
 
 def _cell(value: float | str | None) -> float | str:
     """A cell of CSV: an apostrophe before text that begins as a formula does, as spreadsheets write it themselves."""
-    if value is None:
-        return ""
-    if isinstance(value, str):
-        return f"'{value}" if value.startswith(FORMULA) else value
-    return value
+    if isinstance(value, str) and value.startswith(FORMULA):
+        return f"'{value}"
+    return "" if value is None else value
 
 
 def table_parquet(rows: Sequence[Row], quality: SweepQuality) -> bytes:

@@ -15,7 +15,7 @@ def image(*rows: str) -> np.ndarray:
 
 
 def similarity(references, frame, measure="recall", polarity="dark"):
-    grid = fuse_grid(references, tau_b=35, polarity=polarity, blur_px=0)
+    grid = fuse_grid(references, DetectorProfile(polarity=polarity, grid_blur_px=0))
     return grid_similarity(grid_areas(frame, grid), measure)
 
 

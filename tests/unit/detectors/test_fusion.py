@@ -28,7 +28,7 @@ def test_background_mean_rounds_halves_up():
 
 def test_bright_frames_do_not_overflow():
     assert fuse_background([flat(255)] * 255, count=1).images.min() == 255
-    assert fuse_grid([flat(255)] * 255, tau_b=35, polarity="bright", blur_px=0).counts.min() == 255
+    assert fuse_grid([flat(255)] * 255, DetectorProfile(polarity="bright", grid_blur_px=0)).counts.min() == 255
 
 
 def test_runs_cover_every_frame_when_the_count_does_not_divide():
@@ -38,8 +38,8 @@ def test_runs_cover_every_frame_when_the_count_does_not_divide():
 
 def test_grid_presence_is_the_share_of_frames():
     frames = [flat(10), flat(10), flat(10), flat(90)]
-    dark = fuse_grid(frames, tau_b=35, polarity="dark", blur_px=0)
-    bright = fuse_grid(frames, tau_b=35, polarity="bright", blur_px=0)
+    dark = fuse_grid(frames, DetectorProfile(polarity="dark", grid_blur_px=0))
+    bright = fuse_grid(frames, DetectorProfile(polarity="bright", grid_blur_px=0))
     assert (dark.counts / dark.frames)[0, 0].tolist() == [0.75, 0.75, 0.75]
     assert (bright.counts / bright.frames)[0, 0].tolist() == [0.25, 0.25, 0.25]
     assert dark.areas == (12, 12, 12)

@@ -57,8 +57,8 @@ def test_page_shows_every_group_and_names_the_fallen_frames(worse: Evaluation):
 def test_frames_stand_beside_their_change_on_a_screen(found: Evaluation):
     film, episode = found.footage[0], found.episodes[0]
     picture = sheet([film], [episode], found.standard)[0]
-    shown = np.asarray(Image.open(io.BytesIO(base64.b64decode(picture.uri.partition(",")[2]))).convert("RGB"), float)
-    frame = list(film.images.frames())[int(picture.title.split()[-1])]
+    shown = np.asarray(Image.open(io.BytesIO(base64.b64decode(picture["uri"].partition(",")[2]))).convert("RGB"), float)
+    frame = list(film.images.frames())[int(picture["title"].split()[-1])]
     assert shown.shape == (len(frame), 2 * frame.shape[1] + EDGE_PX, 3)
     assert shown[:, : frame.shape[1]].mean() == pytest.approx(255 * to_srgb(frame / 255).mean(), abs=4)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from magicsim.errors import OutputError, RenderError
-from magicsim.folder import LISTING, MARKER, SIGNATURE, check_target, new_folder, result_folder
+from magicsim.folder import LISTING, MARKER, SIGNATURE, check_target, result_folder
 
 
 def write_result(target: Path, name: str = "new.txt") -> None:
@@ -195,10 +195,10 @@ def test_exchange_that_fails_half_way_is_undone_and_nothing_is_lost(
 
 
 def test_new_folder_has_no_list_and_replaces_nothing(tmp_path: Path):
-    with new_folder(tmp_path / "out") as folder:
+    with result_folder(tmp_path / "out", is_listed=False) as folder:
         (folder / "part.txt").write_text("content")
     assert names(tmp_path / "out") == ["part.txt"]
-    with pytest.raises(OutputError, match="holds other files"), new_folder(tmp_path / "out"):
+    with pytest.raises(OutputError, match="holds other files"), result_folder(tmp_path / "out", is_listed=False):
         pass
 
 
