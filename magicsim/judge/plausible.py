@@ -29,23 +29,21 @@ def force_size(parts: Sequence[float], *, felt_n: float = FELT_N) -> float:
     return size if known and (len(known) == len(parts) or size > felt_n) else math.nan
 
 
-def odd_labels(
-    *, force_n: Array, gap_mm: Array, felt_n: float = FELT_N, force: str = "force_n", gap: str = "gap_mm"
-) -> Iterator[str]:
+def odd_labels(*, force_n: Array, gap_mm: Array, felt_n: float = FELT_N, gap: str = "gap_mm") -> Iterator[str]:
     """What is odd about the labels of a recording, NaN where nobody knows, one line each that calls them by name."""
     known = force_n[~np.isnan(force_n)]
     depth = float(np.nanmax(-gap_mm, initial=-math.inf)) if not np.isnan(gap_mm).all() else -math.inf
     if len(known) and known.max() > MOST_N:
-        yield f"{force} reaches {known.max():.4g} N, more than such a sensor bears: mN or grams? give N"
+        yield f"force_n reaches {known.max():.4g} N, more than such a sensor bears: mN or grams? give N"
     if len(known) and 0 < known.max() <= felt_n:
-        yield f"{force} reaches {known.max():.2g} N, which is no touch: kN or kg? give N"
+        yield f"force_n reaches {known.max():.2g} N, which is no touch: kN or kg? give N"
     if 0 < depth < LEAST_DEPTH_MM:
         yield f"{gap} reaches a depth of {depth:.2g} mm, which is no press: metres? give mm"
     if depth > MOST_DEPTH_MM:
         yield f"{gap} reaches a depth of {depth:.4g} mm, more than the sensor is thick: micrometres? give mm"
     if (middle := _from_the_first(known, felt_n)) is not None:
         yield (
-            f"{force} is {middle:.3g} N from the first frame on, a contact before anything touches: not tared? "
+            f"force_n is {middle:.3g} N from the first frame on, a contact before anything touches: not tared? "
             "subtract what an untouched sensor shows"
         )
     depths = -gap_mm[~np.isnan(gap_mm)]
@@ -57,7 +55,7 @@ def odd_labels(
     touching = pressed | (force_n > felt_n)
     if at_odds.sum() > max(1, MOST_AT_ODDS * touching.sum()):
         yield (
-            f"{force} and {gap} disagree in {int(at_odds.sum())} frames, which touch by one and not by the other: "
+            f"force_n and {gap} disagree in {int(at_odds.sum())} frames, which touch by one and not by the other: "
             "another zero, unit or clock?"
         )
 

@@ -143,10 +143,7 @@ def write_table(path: Path, episode: Episode, judgements: Sequence[Judgement]) -
     """
     skipped = len(episode.references)
     marked, taxels = episode.scene.design.markers is not None, episode.scene.output.taxels
-    rows = [
-        _row(frame) | (_marker_row(frame) if marked else {}) | (_touch_row(frame, taxels) if taxels else {})
-        for frame in episode.frames
-    ]
+    rows = [_row(frame, marked=marked, taxels=taxels) for frame in episode.frames]
     for judgement in judgements:
         for row, frame in zip(rows, episode.frames, strict=True):
             number = frame.truth.index - skipped
@@ -196,26 +193,18 @@ def _schema(judgements: Sequence[Judgement], *, marked: bool, flows: bool, touch
     return pa.schema(fields)
 
 
-def _row(frame: SimulatedFrame) -> dict[str, Any]:
-    state = frame.truth.state
-    moved, mask = frame.labels.displacements_mm, frame.labels.contact_mask
-    return truth_row(frame) | {
+def _row(frame: SimulatedFrame, *, marked: bool, taxels: TaxelSettings | None) -> dict[str, Any]:
+    state, labels = frame.truth.state, frame.labels
+    moved, mask, touch = labels.displacements_mm, labels.contact_mask, labels.touch
+    further: dict[str, Any] = {name: getattr(labels, name) for name in MARKERS if marked}
+    further |= touch_columns(touch, taxels) if touch is not None and taxels is not None else {}
+    plain = {name: each.tolist() if isinstance(each, np.ndarray) else each for name, each in further.items()}
+    return truth_row(frame) | plain | {
         "file": frame_file(frame.truth.index), "x_mm": state.x_mm, "y_mm": state.y_mm,
         "gap_mm": state.gap_mm if state.gap_mm is not None else math.nan,
         "contact_mask": {"bytes": _png(mask), "path": None} if mask is not None else None,
         "displacements_mm": moved.ravel() if moved is not None else None,
     }  # fmt: skip
-
-
-def _marker_row(frame: SimulatedFrame) -> dict[str, Any]:
-    labels = {name: getattr(frame.labels, name) for name in MARKERS}
-    return {name: each.tolist() if each is not None else None for name, each in labels.items()}
-
-
-def _touch_row(frame: SimulatedFrame, settings: TaxelSettings) -> dict[str, Any]:
-    touch = frame.labels.touch
-    found = touch_columns(touch, settings) if touch is not None else {}
-    return {name: each.tolist() if isinstance(each, np.ndarray) else each for name, each in found.items()}
 
 
 def _png(mask: np.ndarray[Any, np.dtype[np.bool_]]) -> bytes:
