@@ -34,7 +34,7 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from magicsim.camera.camera import Camera
-from magicsim.camera.exposure import Exposure, expose, meter
+from magicsim.camera.exposure import expose, meter
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.judge.measures import ends
 from magicsim.scenes.scene import load_scene
@@ -99,7 +99,7 @@ class Filmed:
     """A sensor whose frames are exposed as it is at rest, without noise."""
 
     sensor: Sensor
-    exposure: Exposure
+    gain: Array
     rest: Frame
 
     @classmethod
@@ -107,15 +107,13 @@ class Filmed:
         """The sensor's own exposure."""
         untouched = sensor.radiance(UNTOUCHED, sensor.rest)
         exposure = meter(untouched, sensor.rig.camera)
-        return cls(
-            sensor=sensor, exposure=exposure, rest=expose(untouched, exposure, sensor.rig.camera, seed=0, frame=0)
-        )
+        return cls(sensor=sensor, gain=exposure, rest=expose(untouched, exposure, sensor.rig.camera, seed=0, frame=0))
 
     def frame(self, state: FrameState, *, seed: int = 0) -> Frame:
         """Solved where it touches, rendered and exposed with the noise of a seed."""
         deformation = self.sensor.deform(state, self.sensor.rest) if state.can_touch else self.sensor.rest
         radiance = self.sensor.radiance(state, deformation)
-        return expose(radiance, self.exposure, self.sensor.rig.camera, seed=seed, frame=0)
+        return expose(radiance, self.gain, self.sensor.rig.camera, seed=seed, frame=0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

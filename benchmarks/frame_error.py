@@ -153,7 +153,7 @@ def measure(
     careful = Sensor.for_scene(careful_scene.model_copy(update={"object": parse_object(OBJECTS[name])}))
     first = sensors[tiers[0]][0]
     rests = {tier: rendered(each, UNTOUCHED, first.rest)[0] for tier, each in sensors.items()}
-    gain = 255 * meter(rests[tiers[0]][0], first.rig.camera).gain
+    gain = 255 * meter(rests[tiers[0]][0], first.rig.camera)
 
     def halves(state: FrameState, deformation: object) -> list[Array]:
         view = careful.view(state, deformation)

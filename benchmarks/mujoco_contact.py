@@ -95,7 +95,7 @@ def rest(tolerance_n: float, step_s: float) -> Rest:
     seconds, answered = time.perf_counter() - start, float(coupling.wrench("sensor")[2])
     run = figures(coupling, steps, seconds, tolerance_n)
     sensor = coupling.sensors["sensor"]
-    sensor.solve(sensor.pose(coupling.model, coupling.data))
+    sensor.solve(sensor.pose(coupling.data))
     return Rest(**run, weight_n=MASS_KG * 9.81, answered_n=answered, solved_n=float(sensor.deformation.force_n[2]))  # type: ignore[arg-type]
 
 

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from magicsim.arrays import Array, FloatImage, Mask
+from magicsim.camera.camera import Camera
 from magicsim.camera.effect_settings import Dust, Flicker, LedDrift, PixelFaults, Shutter
 
 SPREAD = 0.5
@@ -36,19 +37,20 @@ def deviates(seed: int, stream: int, part: int = 0) -> np.random.Generator:
 
 
 @lru_cache(maxsize=4)
-def dark_signal_e(faults: PixelFaults, *, rows: int, columns: int, pattern_seed: int) -> Array:
+def dark_signal_e(camera: Camera) -> Array:
     """Dark signal of each pixel about the mean that the driver takes off, shape (rows, columns, 3) [electrons]."""
-    shape = (rows, columns, 3)
-    dark = faults.dark_e * deviates(pattern_seed, PATTERN_STREAM, DARK).standard_normal(shape)
-    random = deviates(pattern_seed, PATTERN_STREAM, HOT)
+    shape, faults = (camera.rows, camera.columns, 3), camera.faults
+    dark = faults.dark_e * deviates(camera.pattern_seed, PATTERN_STREAM, DARK).standard_normal(shape)
+    random = deviates(camera.pattern_seed, PATTERN_STREAM, HOT)
     is_hot = random.random(shape) < faults.hot_share
     return np.asarray(dark + is_hot * faults.hot_e * random.standard_exponential(shape))
 
 
 @lru_cache(maxsize=4)
-def is_alive(faults: PixelFaults, *, rows: int, columns: int, pattern_seed: int) -> Mask:
+def is_alive(camera: Camera) -> Mask:
     """Which pixels see light, shape (rows, columns, 3)."""
-    return np.asarray(deviates(pattern_seed, PATTERN_STREAM, DEAD).random((rows, columns, 3)) >= faults.dead_share)
+    random = deviates(camera.pattern_seed, PATTERN_STREAM, DEAD)
+    return np.asarray(random.random((camera.rows, camera.columns, 3)) >= camera.faults.dead_share)
 
 
 def row_offsets_e(faults: PixelFaults, *, rows: int, seed: int, frame: int) -> Array:

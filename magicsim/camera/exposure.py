@@ -7,7 +7,6 @@ untouched sensor; `magicsim.camera.stream` has what depends on time and on the f
 Frames as compression leaves them: JPEG one by one, H.264 as a stream, which needs PyAV, the extra `video`.
 """
 
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -28,11 +27,6 @@ from magicsim.camera.disturbances import (
 from magicsim.camera.effect_settings import H264, Mjpeg, PixelFaults
 from magicsim.errors import ConfigError, RenderError
 
-SAMPLING = {
-    "444": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
-    "422": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_422,
-    "420": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_420,
-}
 LOW_DELAY = 0x80000
 """FFmpeg's flag of a decoder that gives each frame at once."""
 
@@ -77,7 +71,8 @@ def _pyav() -> Any:  # noqa: ANN401 - PyAV is optional
 
 def through_mjpeg(frame: Frame, mjpeg: Mjpeg) -> Frame:
     """The frame compressed and decompressed."""
-    options = [cv2.IMWRITE_JPEG_QUALITY, mjpeg.quality, cv2.IMWRITE_JPEG_SAMPLING_FACTOR, SAMPLING[mjpeg.chroma]]
+    chroma = getattr(cv2, f"IMWRITE_JPEG_SAMPLING_FACTOR_{mjpeg.chroma}")
+    options = [cv2.IMWRITE_JPEG_QUALITY, mjpeg.quality, cv2.IMWRITE_JPEG_SAMPLING_FACTOR, chroma]
     packed = cv2.imencode(".jpg", np.ascontiguousarray(frame[..., ::-1]), options)[1]
     unpacked = np.asarray(cv2.imdecode(packed, cv2.IMREAD_COLOR), np.uint8)
     return np.ascontiguousarray(unpacked[..., ::-1])
@@ -87,16 +82,10 @@ Lit = tuple[bool, bool, bool]
 NO_FAULTS = PixelFaults()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Exposure:
-    """Locked gains: signal = gain * radiance, 1 at grey level 255."""
+def meter(untouched: FloatImage, camera: Camera, lit: Lit = (True, True, True)) -> Array:
+    """Auto-exposure: the gain of each channel that brings the untouched sensor to the camera's mean grey level.
 
-    gain: Array
-    """Gain of each channel, shape (3,)."""
-
-
-def meter(untouched: FloatImage, camera: Camera, lit: Lit = (True, True, True)) -> Exposure:
-    """Auto-exposure: gains that bring the untouched sensor to the camera's mean grey level.
+    Signal = gain * radiance, 1 at grey level 255; shape (3,).
 
     A channel in which no light shines is exposed like the others. Where no light arrives at all nothing can be
     measured: a radiance of 1 then comes to the grey level that is aimed at.
@@ -107,7 +96,7 @@ def meter(untouched: FloatImage, camera: Camera, lit: Lit = (True, True, True)) 
     aim = aimed_signal(camera)
     mean = sensed(untouched, camera).mean((0, 1), dtype=np.float64)
     if not mean.any():
-        return Exposure(gain=np.full(3, aim))
+        return np.full(3, aim)
     seen = np.abs(np.array(camera.color_matrix)) @ np.array(lit) > 0
     if not camera.white_balance:
         mean = np.full(3, mean.mean())
@@ -119,7 +108,7 @@ def meter(untouched: FloatImage, camera: Camera, lit: Lit = (True, True, True)) 
             "each channel must be above 0; light reaches the camera only through scattering "
             "(materials.infill.sigma_s_per_mm)"
         )
-    return Exposure(gain=aim / mean)
+    return np.asarray(aim / mean)
 
 
 def aimed_signal(camera: Camera) -> float:
@@ -128,24 +117,18 @@ def aimed_signal(camera: Camera) -> float:
 
 
 def expose(
-    radiance: FloatImage, exposure: Exposure, camera: Camera, *, seed: int, frame: int, base: Exposure | None = None
+    radiance: FloatImage, gain: Array, camera: Camera, *, seed: int, frame: int, base: Array | None = None
 ) -> Frame:
-    """Takes one 8-bit frame.
+    """Takes one 8-bit frame, RGB of shape (rows, columns, 3); `RenderError` where the radiance is not finite.
 
     Args:
         radiance: Linear radiance of what the camera reads out, shape (rows, columns, 3).
-        exposure: Gains of this frame.
+        gain: Gain of each channel in this frame, shape (3,).
         camera: Noise, tone curve and compression; one in which frames depend on each other is left out.
         seed: Seed of the episode.
         frame: Number of the frame in the stream, references included; each has noise of its own.
         base: Gains at which `full_well_e` counts; those of this frame by default. A gain twice as high shows half as
             many electrons as white.
-
-    Returns:
-        RGB frame, shape (rows, columns, 3).
-
-    Raises:
-        RenderError: The radiance is not finite.
     """
     bad = int(np.count_nonzero(~np.isfinite(radiance)))
     if bad:
@@ -155,18 +138,18 @@ def expose(
     if camera.vibration_px > 0:
         light = shifted(radiance, shift_px(camera.vibration_px, seed=seed, frame=frame))
     pattern = 1 + camera.fixed_pattern * _noise(radiance.shape, camera, deviates(camera.pattern_seed, PATTERN_STREAM))
-    signal = np.clip(sensed(light, camera) * exposure.gain, 0, 4) * pattern
-    well = camera.full_well_e if base is None else camera.full_well_e * base.gain / exposure.gain
+    signal = np.clip(sensed(light, camera) * gain, 0, 4) * pattern
+    well = camera.full_well_e if base is None else camera.full_well_e * base / gain
     electrons = np.clip(signal, 0, None) * well
     if camera.faults.dead_share > 0:
-        electrons *= camera.window.of(is_alive(camera.faults, **_sensor(camera)))
+        electrons *= camera.window.of(is_alive(camera))
     # Above some hundred electrons the Poisson law is Gaussian to well below one grey level, and twenty times faster.
     noisy = electrons + np.sqrt(electrons + camera.read_noise_e**2) * _noise(
         radiance.shape, camera, deviates(seed, frame)
     )
     if camera.faults != NO_FAULTS:
         rows = row_offsets_e(camera.faults, rows=camera.rows, seed=seed, frame=frame)
-        noisy += camera.window.of(dark_signal_e(camera.faults, **_sensor(camera)) + rows)
+        noisy += camera.window.of(dark_signal_e(camera) + rows)
     tone = np.clip(noisy / well, 0, 1) ** (1 / camera.gamma)
     image = np.rint(255 * tone).astype(np.uint8)
     return through_mjpeg(image, camera.compression) if isinstance(camera.compression, Mjpeg) else image
@@ -183,7 +166,3 @@ def sensed(radiance: FloatImage, camera: Camera) -> FloatImage:
     """What the sensor's own colours see of linear RGB, shape (rows, columns, 3)."""
     matrix = np.array(camera.color_matrix, np.float32)
     return radiance if (matrix == np.eye(3)).all() else radiance @ matrix.T
-
-
-def _sensor(camera: Camera) -> dict[str, int]:
-    return {"rows": camera.rows, "columns": camera.columns, "pattern_seed": camera.pattern_seed}

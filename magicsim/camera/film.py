@@ -17,8 +17,7 @@ from magicsim.arrays import Array, FloatImage
 from magicsim.camera.camera import Camera, Lens, Window
 from magicsim.camera.disturbances import transmittance
 from magicsim.camera.effect_settings import Diffraction, Glare
-from magicsim.camera.projection import pixel_slopes, principal_px
-from magicsim.camera.viewing import focal_px
+from magicsim.camera.projection import focal_px, pixel_slopes, principal_px
 from magicsim.geometry.design import ElastomerDesign
 
 SPREAD = 3.0
@@ -39,11 +38,8 @@ class Film:
     """Full field of view along the ideal image's columns [degrees]."""
     places_px: FloatImage | None
     """Column and row in that window of each pixel that is read out, shape (rows, columns, 2); None where the same."""
-    blur_px: float
-    """Standard deviation of the point spread function [px]."""
-    diffraction: Diffraction | None
-    glare: Glare | None
-    """Light that is spread widely."""
+    camera: Camera
+    """Has the point spread, diffraction and glare."""
     inner: Window
     """What is read out of the pixels that were looked up: those around it spread light into it."""
     shading: FloatImage | None
@@ -57,7 +53,7 @@ class Film:
             image = np.asarray(
                 cv2.remap(ideal, self.places_px[..., 0], self.places_px[..., 1], cv2.INTER_LINEAR), np.float32
             )
-        image = spread_light(point_spread(image, self.blur_px), self.diffraction, self.glare)
+        image = spread_light(point_spread(image, self.camera.blur_px), self.camera.diffraction, self.camera.glare)
         image = np.asarray(self.inner.of(image))
         return image if self.shading is None else image * self.shading
 
@@ -102,10 +98,8 @@ def film(design: ElastomerDesign, lens: Lens, camera: Camera, read: Window | Non
         window=window,
         fov_deg=float(np.degrees(2 * np.arctan(columns / 2 / focal))),
         places_px=places,
-        blur_px=camera.blur_px,
+        camera=camera,
         inner=read_out.within(read),
-        diffraction=camera.diffraction,
-        glare=camera.glare,
         shading=read_out.of(shading) if shading is not None else None,
     )
 

@@ -19,7 +19,7 @@ from magicsim.arrays import Array, FloatImage, Frame
 from magicsim.camera.camera import Camera
 from magicsim.camera.disturbances import between_frames, flicker_share, led_drift, readout_problem
 from magicsim.camera.effect_settings import H264, LiveExposure, correction_share
-from magicsim.camera.exposure import Exposure, Lit, VideoCodec, aimed_signal, expose, meter, sensed
+from magicsim.camera.exposure import Lit, VideoCodec, aimed_signal, expose, meter, sensed
 from magicsim.errors import RenderError
 
 FAINTEST = 1e-6
@@ -30,28 +30,6 @@ SETTLED = 1e-6
 """Largest correction of a settled gain."""
 CENTRE_SHARE = 0.25
 """Deviation of the centre's weights over each side."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Gains:
-    """The gains of a stream."""
-
-    now: Array
-    """Signal = gain * what the sensor's colours see, shape (3,)."""
-    coming: tuple[Array, ...] = ()
-    """Those that arrive with the next frames, soonest first."""
-
-    @property
-    def latest(self) -> Array:
-        """The last that was chosen."""
-        return self.coming[-1] if self.coming else self.now
-
-    def followed_by(self, chosen: Array, delay_frames: int) -> Self:
-        """Gains of the next frame, when others were chosen in this one."""
-        waiting = (*self.coming, chosen)
-        if len(waiting) <= delay_frames:
-            return type(self)(now=self.now, coming=waiting)
-        return type(self)(now=waiting[0], coming=waiting[1:])
 
 
 def metered(sensed: FloatImage, gain: Array, metering: str) -> Array:
@@ -129,8 +107,9 @@ class Instant:
 class CameraMemory:
     """What a frame inherits from those before it."""
 
-    gains: Gains
-    """Gains of the frame, and those that will follow."""
+    gains: tuple[Array, ...]
+    """Signal = gain * what the sensor's colours see: gain of each channel in the frame, shape (3,), and those that are
+    chosen already for the frames after it, the next one first."""
     before: FloatImage | None = None
     """Radiance of the frame before, where rows lie between frames."""
     video: VideoCodec | None = None
@@ -142,8 +121,8 @@ class CameraStream:
     """The camera of one sensor, ready to film."""
 
     camera: Camera
-    exposure: Exposure
-    """Gains on the untouched sensor: locked, or where live exposure has settled."""
+    gain: Array
+    """Gain of each channel on the untouched sensor, locked, or where live exposure has settled; shape (3,)."""
     room: FloatImage | None
     """What the room's light makes of the untouched image, shape (rows, columns, 3); None where that is not needed."""
 
@@ -155,11 +134,10 @@ class CameraStream:
 
         `RenderError` where exposure fails or never settles.
         """
-        exposure = meter(untouched, camera, lit)
+        gain = meter(untouched, camera, lit)
         if camera.live is not None:
-            gain = settled(sensed(untouched, camera), camera.live, aim=aimed_signal(camera), first=exposure.gain)
-            exposure = Exposure(gain=gain)
-        return cls(camera=camera, exposure=exposure, room=room)
+            gain = settled(sensed(untouched, camera), camera.live, aim=aimed_signal(camera), first=gain)
+        return cls(camera=camera, gain=gain, room=room)
 
     def begin(self, frames_per_second: float) -> CameraMemory:
         """What the first frame inherits: a camera that has looked at the untouched sensor for long.
@@ -171,18 +149,16 @@ class CameraStream:
             video = VideoCodec(
                 camera.compression, rows=camera.rows, columns=camera.columns, frames_per_second=frames_per_second
             )
-        return CameraMemory(gains=Gains(now=self.exposure.gain), video=video)
+        return CameraMemory(gains=(self.gain,), video=video)
 
     def take(self, radiance: FloatImage, memory: CameraMemory, at: Instant) -> tuple[Frame, CameraMemory]:
         """One frame, and what the next one inherits.
 
-        Raises:
-            RenderError: The radiance is not finite, or the rows take longer than a frame.
+        `RenderError` where the radiance is not finite, or the rows take longer than a frame.
         """
         light = self._light(radiance, memory, at)
-        gain = Exposure(gain=memory.gains.now)
-        base = self.exposure if self.camera.live is not None else None
-        image = expose(light, gain, self.camera, seed=at.seed, frame=at.index, base=base)
+        base = self.gain if self.camera.live is not None else None
+        image = expose(light, memory.gains[0], self.camera, seed=at.seed, frame=at.index, base=base)
         if memory.video is not None:
             image = memory.video.through(image)
         return image, self._after(radiance, light, memory)
@@ -220,7 +196,7 @@ class CameraStream:
     def _after(self, radiance: FloatImage, light: FloatImage, memory: CameraMemory) -> CameraMemory:
         camera, gains = self.camera, memory.gains
         if camera.live is not None:
-            means = metered(sensed(light, camera), gains.now, camera.live.metering)
-            chosen = corrected(gains.latest, means, camera.live, aim=aimed_signal(camera), first=self.exposure.gain)
-            gains = gains.followed_by(chosen, camera.live.delay_frames)
+            means = metered(sensed(light, camera), gains[0], camera.live.metering)
+            chosen = corrected(gains[-1], means, camera.live, aim=aimed_signal(camera), first=self.gain)
+            gains = (*gains, chosen)[-1 - camera.live.delay_frames :]
         return CameraMemory(gains=gains, before=radiance if camera.shutter.moves else None, video=memory.video)

@@ -10,7 +10,7 @@ import numpy as np
 
 from magicsim.arrays import Array, FloatImage
 from magicsim.camera.camera import Camera
-from magicsim.camera.exposure import Exposure, meter
+from magicsim.camera.exposure import meter
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.scene_dict import AIR_GAP_MM
@@ -54,9 +54,9 @@ def brightest_return(gap_mm: float, finish: Finish, design: ElastomerDesign, rig
     return np.asarray(reflectance / np.pi * solid_angle * brightest)
 
 
-def grey_levels(radiance: Array, exposure: Exposure, camera: Camera) -> float:
+def grey_levels(radiance: Array, gain: Array, camera: Camera) -> float:
     """The most that a radiance of each channel can add to a pixel, where the tone curve is steepest [grey levels]."""
-    signal = np.abs(np.array(camera.color_matrix)) @ radiance * exposure.gain
+    signal = np.abs(np.array(camera.color_matrix)) @ radiance * gain
     # signal^(1 / gamma) is steepest at black, or at white, where its slope is 1 / gamma.
     rise = signal ** (1 / camera.gamma) if camera.gamma > 1 else signal / camera.gamma
     return float(255 * rise.max())

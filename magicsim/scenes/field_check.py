@@ -7,7 +7,7 @@ reaches over it, and where it presses on the rim, contact beside the face is lef
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.camera.viewing import focal_px, landing_mm
+from magicsim.camera.projection import focal_px, landing_mm
 from magicsim.errors import ConfigError
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.scenes.refusals import object_problem
@@ -29,12 +29,20 @@ def check_room(scene: SceneConfig) -> None:
     if scene.rig.near_mm is None or target is None or scene.design.is_opaque:
         return
     vertices = target.surface().vertices
-    for at in scene.keyframes:
-        if at.gap_mm is not None:
-            placed = place_object(target, gap_mm=at.gap_mm, x_mm=at.x_mm, y_mm=at.y_mm, twist_deg=at.twist_deg)
-            problem = object_problem(scene.rig, placed.pose.to_sensor(vertices))
-            if problem is not None:
-                raise ConfigError(f"keyframe {at.frame}: {problem}")
+    for frame, placed in _places(scene):
+        problem = object_problem(scene.rig, placed.pose.to_sensor(vertices))
+        if problem is not None:
+            raise ConfigError(f"keyframe {frame}: {problem}")
+
+
+def _places(scene: SceneConfig) -> list[tuple[int, Indenter]]:
+    """Frame of each keyframe with an object, and the object there."""
+    target = scene.object
+    return [
+        (at.frame, place_object(target, gap_mm=at.gap_mm, x_mm=at.x_mm, y_mm=at.y_mm, twist_deg=at.twist_deg))
+        for at in scene.keyframes
+        if target is not None and at.gap_mm is not None
+    ]
 
 
 def _view(scene: SceneConfig) -> list[str]:
@@ -67,12 +75,7 @@ def _reach_mm(scene: SceneConfig) -> Array:
 
 
 def _object(scene: SceneConfig) -> list[str]:
-    target = scene.object
-    places = [
-        (at.frame, place_object(target, gap_mm=at.gap_mm, x_mm=at.x_mm, y_mm=at.y_mm, twist_deg=at.twist_deg))
-        for at in scene.keyframes
-        if target is not None and at.gap_mm is not None
-    ]
+    places = _places(scene)
     if not places:
         return []
     face = np.array(scene.design.footprint_mm)

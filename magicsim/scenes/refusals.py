@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.camera.viewing import view_problem
+from magicsim.camera.projection import view_problem
 from magicsim.geometry.coat import OpaqueCoat
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.markers import DotMarkers, PictureMarkers

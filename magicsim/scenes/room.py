@@ -81,14 +81,11 @@ def room_file(name: str) -> Path:
     return path
 
 
+@lru_cache(maxsize=16)
 def room_passing(name: str) -> Passing | None:
     """What passes in a room by itself: a table in a TOML file beside its image, None where there is none."""
-    return _read_passing(room_file(name).with_suffix(".toml")) if name in room_names() else None
-
-
-@lru_cache(maxsize=16)
-def _read_passing(path: Path) -> Passing | None:
-    return validate(Passing, read_toml(path), source=path.name) if is_file(path) else None
+    path = room_file(name).with_suffix(".toml") if name in room_names() else None
+    return validate(Passing, read_toml(path), source=path.name) if path is not None and is_file(path) else None
 
 
 def room_radiance(name: str) -> Array:

@@ -35,10 +35,8 @@ class View:
     """The object where it is, or None."""
     flashlight_x_mm: float | None = None
     """Shift of the outside light [mm], or None while it is off."""
-
     facing_mm: float | None = None
     """Distance to the contact face of another finger that looks back [mm]; None without one."""
-
     is_released: bool = False
     """Whether a deformed block is touched no more, and only a dent is left."""
     passing_mm: float | None = None
@@ -79,11 +77,7 @@ class Origin:
 
 
 UNKNOWN_ORIGIN = Origin()
-
-
 ALONE = Origin(light="alone", image="alone")
-
-
 AT_REST = Origin(light="untouched", image="untouched")
 
 
@@ -103,7 +97,6 @@ class FrameState:
     tilt_y_deg: float = 0.0
     facing_mm: float | None = None
     """Distance to the contact face of another finger that looks back at this one [mm]; None without one."""
-
     passing_mm: float | None = None
     """Where something that passes in the room is along x [mm]; None while it is out of sight."""
     companion: tuple[float, ...] | None = None

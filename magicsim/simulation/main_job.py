@@ -78,18 +78,15 @@ def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None
         estimator = sensor.renderer.estimator
         write_episode(folder, episode, sensor.printed)
         judging = importlib.import_module("magicsim.report.episode_report")  # it stands above the simulation
-        report = judging.report_episode(folder, episode, describe(scene, estimator))
+        seconds, judged = judging.report_episode(folder, episode, describe(scene, estimator))
     return RunSummary(
         frames=len(episode.frames),
-        seconds=round(episode.seconds + report.seconds, 3),
+        seconds=round(episode.seconds + seconds, 3),
         seconds_total=round(time.perf_counter() - start, 3),
         variant=activate_variant(),
         estimator=estimator,
-        contact_accuracy=report.contact_accuracy,
-        proximity_accuracy=report.proximity_accuracy,
-        at_rest=report.at_rest,
-        not_judged=report.not_judged,
-        report=None if report.page is None else str(out / report.page),
+        **judged,
+        report=str(out / judging.REPORT) if scene.output.report else None,
         out=str(out),
     )
 

@@ -9,8 +9,8 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.arrays import FloatImage
-from magicsim.camera.exposure import Exposure, check_codec, meter
+from magicsim.arrays import Array, FloatImage
+from magicsim.camera.exposure import check_codec, meter
 from magicsim.camera.stream import CameraStream
 from magicsim.deform.contact.face import POINT_SPACING_MM, point_spacing_mm
 from magicsim.deform.deformation import Deformation, Displacement
@@ -327,8 +327,8 @@ class Sensor:
         return self._facing
 
 
-def sensor_exposure(sensor: Sensor, untouched: FloatImage) -> Exposure:
-    """Exposure of a sensor's camera, measured on the whole image of the untouched sensor and locked."""
+def sensor_exposure(sensor: Sensor, untouched: FloatImage) -> Array:
+    """Gain of each channel, shape (3,), as metered on the whole image of the untouched sensor and locked."""
     camera = sensor.rig.camera
     whole = untouched if camera.region_px is None else sensor.renderer.metered()
     return meter(whole, camera, sensor.rig.lit)

@@ -10,8 +10,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.arrays import FloatImage, Frame
-from magicsim.camera.exposure import Exposure
+from magicsim.arrays import Array, FloatImage, Frame
 from magicsim.camera.projection import picture_mm, pixel_landing_mm, project_px
 from magicsim.camera.stream import CameraMemory, CameraStream, Instant
 from magicsim.deform.deformation import Deformation
@@ -44,10 +43,10 @@ class BrightnessWatch:
     warned: set[str] = field(default_factory=set)
     """Warnings that were given; each is given once."""
 
-    def see_exposure(self, exposure: Exposure) -> None:
+    def see_exposure(self, gain: Array) -> None:
         """Warns where exposure had to make up for nearly all of the light being lost."""
         brightest = max((max(radiance) for radiance in self.rig.lamps), default=0.0)
-        if brightest * float(np.max(exposure.gain)) > FAINT_SIGNAL:
+        if brightest * float(np.max(gain)) > FAINT_SIGNAL:
             self._warn("next to no light reaches the camera, and frames show the noise of the rendering: " + GEL)
 
     def see(self, image: Frame, *, index: int, flashlight: bool) -> None:
@@ -108,7 +107,7 @@ class Shot:
         """For a sensor whose camera is exposed on its untouched state."""
         needed, rig = output.contact_mask or output.depth_map, sensor.rig
         watch = BrightnessWatch(rig=rig)
-        watch.see_exposure(camera.exposure)
+        watch.see_exposure(camera.gain)
         landing = pixel_landing_mm(sensor.design, rig.lens, rig.camera) if needed else None
         view = picture_mm(sensor.design, rig.lens, rig.camera)
         return cls(sensor=sensor, output=output, camera=camera, landing_mm=landing, view_mm=view, watch=watch)

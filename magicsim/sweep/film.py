@@ -15,9 +15,9 @@ from itertools import cycle, pairwise
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.arrays import FloatImage, Frame
+from magicsim.arrays import Array, FloatImage, Frame
 from magicsim.camera.camera import Camera
-from magicsim.camera.exposure import Exposure, expose
+from magicsim.camera.exposure import expose
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.light.records.untouched_store import UntouchedStates
@@ -73,7 +73,8 @@ class DesignFilm:
     """Everything that the image measures of a design are taken from, as one set of random numbers renders it."""
 
     camera: Camera
-    exposure: Exposure
+    gain: Array
+    """Gain of each channel, locked on the untouched sensor, shape (3,)."""
     seed: int
     """Seed of the camera's noise."""
     untouched: Shown
@@ -99,7 +100,7 @@ class DesignFilm:
         strengths = 1 + drift * random.standard_normal(draws)
         seen = cycle((shown.radiance, *shown.at_other_times))
         return [
-            expose((strength * radiance).astype(np.float32), self.exposure, self.camera, seed=self.seed, frame=frame)
+            expose((strength * radiance).astype(np.float32), self.gain, self.camera, seed=self.seed, frame=frame)
             for frame, (strength, radiance) in enumerate(zip(strengths, seen, strict=False), start)
         ]
 
@@ -159,7 +160,7 @@ def _film(
     parts = [shown[first:stop] for first, stop in pairwise(np.cumsum([0, *lengths]).tolist())]
     return DesignFilm(
         camera=simulated.rig.camera,
-        exposure=sensor_exposure(simulated, rest[0]),
+        gain=sensor_exposure(simulated, rest[0]),
         seed=simulated.seed,
         untouched=Shown(
             number=0, gap_mm=None, x_mm=0.0, y_mm=0.0, radiance=rest[0], at_other_times=rest[1:], force_n=0.0,

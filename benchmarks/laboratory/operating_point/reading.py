@@ -12,7 +12,7 @@ from magicsim.camera.camera import Camera
 from magicsim.camera.disturbances import transmittance
 from magicsim.camera.exposure import aimed_signal, meter, sensed
 from magicsim.camera.film import spread_light
-from magicsim.camera.stream import CameraMemory, CameraStream, Gains, Instant, corrected, metered
+from magicsim.camera.stream import CameraMemory, CameraStream, Instant, corrected, metered
 from magicsim.detectors import Contact, DetectorProfile, Proximity, References, Verdict, detect, fuse
 from magicsim.fit.strengths import block_means
 
@@ -87,12 +87,12 @@ def read_states(
         return spread if dust is None else np.asarray(spread * dust[..., None], np.float32)
 
     first = meter(on_film(seen_states.rest), mixed)
-    stream = CameraStream(camera=mixed, exposure=first, room=on_film(np.float32(ambient) * states.room.rest))
+    stream = CameraStream(camera=mixed, gain=first, room=on_film(np.float32(ambient) * states.room.rest))
 
     def settled(radiance: FloatImage) -> tuple[FloatImage, CameraMemory]:
         seen = on_film(radiance)
-        gain = first.gain if mixed.live is None else settled_gain(seen, mixed, first.gain)
-        return seen, CameraMemory(gains=Gains(now=gain))
+        gain = first if mixed.live is None else settled_gain(seen, mixed, first)
+        return seen, CameraMemory(gains=(gain,))
 
     def shoot(state: tuple[FloatImage, CameraMemory], frame: int) -> Frame:
         at = Instant(seed=SEED, index=frame, time_s=frame / RATE, frames_per_second=RATE)

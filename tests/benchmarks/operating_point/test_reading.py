@@ -93,7 +93,7 @@ def test_room_that_is_covered_leaves_the_dark_grid_dark_and_live_exposure_lifts_
 def test_settled_gain_brings_a_state_back_to_the_aim_and_to_balance():
     camera = CAMERA.model_copy(update={"live": LiveExposure(), "exposure_grey": 60.0})
     bright, dim = states().strips.rest, (states().strips.rest * np.array([0.4, 0.5, 0.9])).astype(np.float32)
-    gain = settled_gain(dim, camera, meter(bright, camera).gain)
+    gain = settled_gain(dim, camera, meter(bright, camera))
     np.testing.assert_allclose((dim * gain).mean((0, 1)), 60 / 255, rtol=1e-3)
 
 

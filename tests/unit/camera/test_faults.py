@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from magicsim.camera.camera import Camera
 from magicsim.camera.disturbances import dark_signal_e, is_alive, row_offsets_e
 from magicsim.camera.effect_settings import PixelFaults
 
@@ -8,7 +9,7 @@ SIZE = {"rows": 300, "columns": 200}
 
 
 def dark(faults: PixelFaults, seed: int = 0) -> np.ndarray:
-    return dark_signal_e(faults, **SIZE, pattern_seed=seed)
+    return dark_signal_e(Camera(faults=faults, **SIZE, pattern_seed=seed))
 
 
 def test_dark_signals_have_their_deviation_and_belong_to_the_camera():
@@ -28,7 +29,7 @@ def test_hot_pixels_are_as_many_and_as_hot_as_said():
 
 
 def test_dead_pixels_are_as_many_as_said():
-    alive = is_alive(PixelFaults(dead_share=0.02), **SIZE, pattern_seed=3)
+    alive = is_alive(Camera(faults=PixelFaults(dead_share=0.02), **SIZE, pattern_seed=3))
     assert 1 - alive.mean() == pytest.approx(0.02, rel=0.1)
 
 

@@ -6,8 +6,7 @@ import pytest
 
 from magicsim.camera.camera import Camera, Lens
 from magicsim.camera.film import film
-from magicsim.camera.projection import calibrate_camera, camera_matrix, pixel_landing_mm, pixel_slopes
-from magicsim.camera.viewing import focal_px
+from magicsim.camera.projection import calibrate_camera, camera_matrix, focal_px, pixel_landing_mm, pixel_slopes
 from magicsim.config.models import load_preset
 from magicsim.errors import RenderError
 from magicsim.geometry.design import ElastomerDesign

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from magicsim.camera.effect_settings import LiveExposure
-from magicsim.camera.stream import Gains, corrected, metered, settled
+from magicsim.camera.stream import corrected, metered, settled
 from magicsim.errors import RenderError
 
 EXACT = {"tolerance": 0.0}
@@ -14,12 +14,12 @@ def flat(*levels: float, size: int = 8) -> np.ndarray:
 
 def followed(image: np.ndarray, live: LiveExposure, frames: int, *, aim: float, first: np.ndarray) -> list[np.ndarray]:
     """Signals of a steady image, frame by frame."""
-    gains, found = Gains(now=first), []
+    gains, found = (first,), []
     for _ in range(frames):
-        means = metered(image, gains.now, live.metering)
+        means = metered(image, gains[0], live.metering)
         found.append(means)
-        chosen = corrected(gains.latest, means, live, aim=aim, first=first)
-        gains = gains.followed_by(chosen, live.delay_frames)
+        chosen = corrected(gains[-1], means, live, aim=aim, first=first)
+        gains = (*gains, chosen)[-1 - live.delay_frames :]
     return found
 
 

@@ -37,7 +37,7 @@ def test_without_effects_frames_are_those_of_a_locked_exposure_each_by_itself():
     images, _ = filmed(stream, lights)
     assert not camera.history
     for index, (image, light) in enumerate(zip(images, lights, strict=True)):
-        assert (image == expose(light, stream.exposure, camera, seed=3, frame=index)).all()
+        assert (image == expose(light, stream.gain, camera, seed=3, frame=index)).all()
 
 
 def test_live_exposure_begins_where_the_untouched_sensor_has_settled_and_stays_there():

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.camera.camera import Camera, Lens
-from magicsim.camera.projection import pixel_landing_mm
-from magicsim.camera.viewing import horizontal_fov_deg
+from magicsim.camera.projection import horizontal_fov_deg, pixel_landing_mm
 from magicsim.config.models import load_preset
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig

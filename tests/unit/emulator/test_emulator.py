@@ -242,7 +242,7 @@ def test_a_frame_that_is_checked_tells_how_far_it_is_off(fast, true, rest, press
     sensor = fast(errors=[row(100.0)])
     sensor.emulation.checked_share = 1.0
     image, origin = sensor.render(at(-1.0), pressed)
-    gain = 255 * meter(rest, sensor.rig.camera, sensor.rig.lit).gain
+    gain = 255 * meter(rest, sensor.rig.camera, sensor.rig.lit)
     off = np.abs(gain * (image.astype(float) - true.radiance(at(-1.0), pressed)))
     assert origin.error.mean == pytest.approx(off.mean(), rel=1e-6)
     assert origin.error.p99 == pytest.approx(np.percentile(off, 99), rel=1e-6)

@@ -50,7 +50,7 @@ def test_a_touch_that_no_example_had_is_as_close_as_the_model_says(path):
         for seed, each in ((1, ["render.tier=fast", "render.outside_domain=refuse"]), (2, []), (3, []))
     )
     rest = fast.radiance(UNTOUCHED, fast.rest)
-    gain = 255 * np.asarray(meter(rest, fast.rig.camera).gain)
+    gain = 255 * meter(rest, fast.rig.camera)
     state = FrameState(gap_mm=-0.6, x_mm=1.3, y_mm=-2.1, twist_deg=0, flashlight=False, light_x_mm=0)
     deformation = fast.deform(state, fast.rest)
     image, origin = fast.render(state, deformation)

@@ -41,7 +41,7 @@ def test_images_of_a_sensor_with_another_constant_give_it_back(tmp_path: Path):
     assert max(found.mean_rms) < 2.5
     sensor = Sensor.for_scene(load_scene(out))
     radiance, camera = sensor.radiance(UNTOUCHED, sensor.rest), sensor.rig.camera
-    levels = 255 * (radiance.mean((0, 1)) * meter(radiance, camera).gain)
+    levels = 255 * (radiance.mean((0, 1)) * meter(radiance, camera))
     assert levels == pytest.approx(shown.mean.mean((0, 1)), rel=0.05)
     assert (tmp_path / "mine.png").read_bytes().startswith(b"\x89PNG")
     assert out.read_text().startswith("# Written by magicsim fit optics from 8 frames of 1 states")

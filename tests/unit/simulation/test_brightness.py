@@ -3,7 +3,6 @@ import logging
 import numpy as np
 import pytest
 
-from magicsim.camera.exposure import Exposure
 from magicsim.scenes.rig import LedStrip, Rig
 from magicsim.simulation.stream import BrightnessWatch
 
@@ -43,5 +42,5 @@ def test_black_and_saturated_frames_name_the_field(
 @pytest.mark.parametrize(("gain", "told"), [(1e3, 0), (1e6, 1)])
 def test_exposure_that_makes_up_for_lost_light_is_told(gain: float, told: int, caplog: pytest.LogCaptureFixture):
     caplog.set_level(logging.WARNING)
-    BrightnessWatch(rig=LIT).see_exposure(Exposure(gain=np.full(3, gain)))
+    BrightnessWatch(rig=LIT).see_exposure(np.full(3, gain))
     assert len(caplog.records) == told

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.camera.projection import pixel_slopes
-from magicsim.camera.viewing import focal_px
+from magicsim.camera.projection import focal_px, pixel_slopes
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import resolve_grid
