@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import viser
+from viser.transforms import SO3
 
 from magicsim.arrays import Array, Index
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.live.sight import DESIGN_FIELDS, Scenery, Wish
+from magicsim.live.sight import DESIGN_FIELDS, Sight, Wish
 from magicsim.robot.workspace import Workspace
 
-Colors = npt.NDArray[np.uint8]
 STILL, MOVED = np.array([120.0, 132.0, 150.0]), np.array([205.0, 60.0, 20.0])
 """Colour of a node at rest and of one that has moved by `FULL_MM`, RGB 0..255."""
 FULL_MM = 0.5
@@ -38,7 +38,7 @@ def lattice_edges(lattice: Lattice) -> Index:
     return np.concatenate([along_x, along_y, along_z])
 
 
-def segment_colors(displacement_mm: Array, edges: Index) -> Colors:
+def segment_colors(displacement_mm: Array, edges: Index) -> npt.NDArray[np.uint8]:
     """Colour of both ends of each edge, from how far its nodes have moved, uint8 of shape (edges, 2, 3)."""
     share = np.clip(displacement_mm / FULL_MM, 0, 1)[edges][..., None]
     return np.asarray(STILL + share * (MOVED - STILL), np.uint8)
@@ -86,24 +86,22 @@ class View3D:
                 "/object", thing.vertices.astype(np.float32), thing.faces.astype(np.uint32), color=tone, opacity=0.55
             )
 
-    def show(self, shape: Scenery, gap_mm: float) -> None:
-        """Moves everything to a sight's shape, and the handle to the object's gap [mm]."""
+    def show(self, sight: Sight) -> None:
+        """Moves everything to where a sight has it, and the handle to the object's gap."""
         if self._lines is not None and self._edges is not None:
             with self._server.atomic():
-                self._lines.points = shape.nodes_mm[self._edges].astype(np.float32)
-                self._lines.colors = segment_colors(shape.displacement_mm, self._edges)
-        is_there = shape.object_position_mm is not None and shape.object_rotation is not None
-        self._handle.visible = is_there
+                self._lines.points = sight.nodes_mm[self._edges].astype(np.float32)
+                self._lines.colors = segment_colors(sight.displacement_mm, self._edges)
+        pose = sight.object_pose
+        self._handle.visible = pose is not None
         if self._mesh is None:
             return
-        self._mesh.visible = is_there
-        if shape.object_position_mm is None or shape.object_rotation is None:
+        self._mesh.visible = pose is not None
+        if pose is None:
             return
-        self._mesh.position = shape.object_position_mm
-        self._mesh.wxyz = quaternion(shape.object_rotation)
+        self._mesh.position, self._mesh.wxyz = pose.position_mm, SO3.from_matrix(pose.rotation).wxyz
         if not self._is_held:
-            x, y, _ = shape.object_position_mm
-            self._handle.position = (float(x), float(y), -gap_mm)
+            self._handle.position = (float(pose.position_mm[0]), float(pose.position_mm[1]), -sight.wish.gap_mm)
 
     def _moved(self, client: int | None, phase: str) -> None:
         if client is None:  # the window itself has moved it
@@ -111,14 +109,6 @@ class View3D:
         self._is_held = phase != "end"
         x, y, z = (float(value) for value in self._handle.position)
         self._dragged(x, y, z)
-
-
-def quaternion(rotation: npt.NDArray[np.float64]) -> tuple[float, float, float, float]:
-    """Unit quaternion (w, x, y, z) of a rotation matrix of shape (3, 3)."""
-    from scipy.spatial.transform import Rotation
-
-    x, y, z, w = Rotation.from_matrix(rotation).as_quat()
-    return float(w), float(x), float(y), float(z)
 
 
 KEPT = 200
@@ -146,7 +136,6 @@ class Course:
         return np.arange(self._first, self._first + len(steps), dtype=float), normal, tangential
 
 
-Asked = Callable[[Wish], None]
 STEP_MM, STEP_DEG = 0.1, 5.0
 """How far a key moves the object."""
 KEYS = (
@@ -173,29 +162,30 @@ MOST_LED, MOST_LIGHT_MM = 2.0, 12.0
 class Controls:
     """Everything in the panel that asks for something."""
 
-    def __init__(self, server: viser.ViserServer, space: Workspace, wish: Wish, asked: Asked) -> None:
+    def __init__(self, server: viser.ViserServer, space: Workspace, wish: Wish, asked: Callable[[Wish], None]) -> None:
         self._gui, self._space, self._asked, self._wish = server.gui, space, asked, wish
-        self._sliders: dict[str, Any] = {}
+        self._followed: list[tuple[Any, str, int | None]] = []
+        """Each control, the field of the wish that it shows, and the number of its value there where it has several."""
         with self._gui.add_folder("Object"):
             for name, (label, step, hint) in PLACE.items():
                 low, high = getattr(space, name)
-                self._slider(name, label, low, high, step, getattr(wish, name), hint)
-            self._there = self._gui.add_checkbox("in front of the sensor", wish.has_object)
-            self._there.on_update(lambda event: self._change(event, has_object=bool(self._there.value)))
+                self._slider(name, label, low, high, step, hint)
+            self._bind(self._gui.add_checkbox("in front of the sensor", wish.has_object), "has_object")
         with self._gui.add_folder("Light and exposure", expand_by_default=False):
             for number, label in enumerate(LEDS):
-                self._led(number, label)
-            self._slider("exposure_grey", "exposure [grey]", 20.0, 200.0, 1.0, wish.exposure_grey, "Mean grey level.")
-            self._lamp = self._gui.add_checkbox("flashlight", wish.flashlight)
-            self._lamp.on_update(lambda event: self._change(event, flashlight=bool(self._lamp.value)))
-            self._slider("light_x_mm", "flashlight x [mm]", -MOST_LIGHT_MM, MOST_LIGHT_MM, 0.5, 0.0, "Its place.")
+                slider = self._gui.add_slider(label, 0.0, MOST_LED, 0.05, wish.led_strength[number])
+                self._bind(slider, "led_strength", number)
+            self._slider("exposure_grey", "exposure [grey]", 20.0, 200.0, 1.0, "Mean grey level.")
+            self._bind(self._gui.add_checkbox("flashlight", wish.flashlight), "flashlight")
+            self._slider("light_x_mm", "flashlight x [mm]", -MOST_LIGHT_MM, MOST_LIGHT_MM, 0.5, "Its place.")
         with self._gui.add_folder("Design", expand_by_default=False):
             self._design = [
                 self._gui.add_slider(f"{name[:-3]} [mm]", min(low, value), max(high, value), 0.05, value)
                 for (name, (low, high)), value in zip(DESIGN_FIELDS.items(), wish.design, strict=True)
             ]
+            self._followed += [(slider, "design", number) for number, slider in enumerate(self._design)]
             build = self._gui.add_button("Build this design", hint="Builds the block anew and renders it untouched.")
-            build.on_click(lambda _: self.ask(replace(self._wish, design=self._designed())))
+            build.on_click(lambda _: self._ask_for_design())
         for label, key, motion in KEYS:
             command = self._gui.add_command(label, hotkey=key, modifier="shift")  # type: ignore[arg-type]
             command.on_trigger(self._pusher(motion))
@@ -207,59 +197,47 @@ class Controls:
 
     def drag(self, x_mm: float, y_mm: float, height_mm: float) -> None:
         """Asks for a place of the handle in 3D."""
-        place = {"x_mm": x_mm, "y_mm": y_mm, "gap_mm": -height_mm}
-        self.ask(replace(self._wish, has_object=True).pushed(self._space, **_ways(self._wish, place)))
+        wish = replace(self._wish, has_object=True)
+        by = {"x_mm": x_mm - wish.x_mm, "y_mm": y_mm - wish.y_mm, "gap_mm": -height_mm - wish.gap_mm}
+        self.ask(wish.pushed(self._space, **by))
 
     def follow(self, wish: Wish, *, is_last: bool) -> None:
         """Shows what was done; while newer wishes wait, only what was refused would be news."""
         if not is_last:
             return
         self._wish = wish
-        for name, slider in self._sliders.items():
-            _put(slider, getattr(wish, name))
-        for number, slider in enumerate(self._leds):
-            _put(slider, wish.led_strength[number])
-        for slider, value in zip(self._design, wish.design, strict=True):
-            _put(slider, value)
-        _put(self._there, wish.has_object)
-        _put(self._lamp, wish.flashlight)
+        for handle, name, number in self._followed:
+            field = getattr(wish, name)
+            value = field if number is None else field[number]
+            if handle.value != value:
+                handle.value = value
+
+    def _ask_for_design(self) -> None:
+        self.ask(replace(self._wish, design=tuple(float(slider.value) for slider in self._design)))
 
     def _pusher(self, motion: dict[str, float]) -> Callable[[object], None]:
         return lambda _: self.ask(self._wish.pushed(self._space, **motion))
 
-    def _slider(self, name: str, label: str, low: float, high: float, step: float, value: float, hint: str) -> None:
-        slider = self._gui.add_slider(label, low, high, step, min(max(value, low), high), hint=hint)
-        slider.on_update(lambda event: self._change(event, **{name: float(slider.value)}))
-        self._sliders[name] = slider
+    def _slider(self, name: str, label: str, low: float, high: float, step: float, hint: str) -> None:
+        value = min(max(getattr(self._wish, name), low), high)
+        self._bind(self._gui.add_slider(label, low, high, step, value, hint=hint), name)
 
-    def _led(self, number: int, label: str) -> None:
-        slider = self._gui.add_slider(label, 0.0, MOST_LED, 0.05, self._wish.led_strength[number])
+    def _bind(self, handle: Any, name: str, number: int | None = None) -> None:  # noqa: ANN401 -- viser's handle
+        """Lets a control ask for its field of the wish, and follow it."""
 
         def changed(event: Any) -> None:  # noqa: ANN401 -- viser's event
-            strength = list(self._wish.led_strength)
-            strength[number] = float(slider.value)
-            self._change(event, led_strength=tuple(strength))
+            if event.client_id is None:  # the window itself has set it
+                return
+            value: Any = handle.value if isinstance(handle.value, bool) else float(handle.value)
+            if number is not None:
+                before = getattr(self._wish, name)
+                value = (*before[:number], value, *before[number + 1 :])
+            self.ask(replace(self._wish, **{name: value}))
 
-        slider.on_update(changed)
-        self._leds = [*getattr(self, "_leds", []), slider]
-
-    def _designed(self) -> tuple[float, ...]:
-        return tuple(float(slider.value) for slider in self._design)
-
-    def _change(self, event: Any, **values: Any) -> None:  # noqa: ANN401
-        if event.client_id is not None:  # None where the window itself has set it
-            self.ask(replace(self._wish, **values))
+        handle.on_update(changed)
+        self._followed.append((handle, name, number))
 
     def ask(self, wish: Wish) -> None:
         """Asks for a wish, as a control does."""
         self._wish = wish
         self._asked(wish)
-
-
-def _ways(wish: Wish, place: dict[str, float]) -> dict[str, float]:
-    return {name: value - getattr(wish, name) for name, value in place.items()}
-
-
-def _put(handle: Any, value: Any) -> None:  # noqa: ANN401
-    if handle.value != value:
-        handle.value = value

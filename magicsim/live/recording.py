@@ -51,7 +51,11 @@ class Recording:
             replace(frame, truth=replace(frame.truth, index=index, time_s=index / rate))
             for index, frame in enumerate((*self.references, *self._frames))
         ]
-        keyframes = tuple(_keyframe(number, frame) for number, frame in enumerate(self._frames))
+        fields = [name for name in Keyframe.model_fields if name != "frame"]
+        keyframes = tuple(
+            Keyframe(frame=number, **{name: getattr(each.truth.state, name) for name in fields})
+            for number, each in enumerate(self._frames)
+        )
         scene = self.scene.model_copy(update={"keyframes": keyframes, "references": len(self.references)})
         return Episode(scene=scene, frames=tuple(frames))
 
@@ -69,16 +73,3 @@ class Recording:
 def recording_name(number: int) -> str:
     """Name of a recording's folder: when it was written, and a number of its own."""
     return f"live-{datetime.now(UTC):%Y%m%d-%H%M%S}-{number}"
-
-
-def _keyframe(number: int, frame: SimulatedFrame) -> Keyframe:
-    state = frame.truth.state
-    return Keyframe(
-        frame=number,
-        gap_mm=state.gap_mm,
-        x_mm=state.x_mm,
-        y_mm=state.y_mm,
-        twist_deg=state.twist_deg,
-        flashlight=state.flashlight,
-        light_x_mm=state.light_x_mm,
-    )

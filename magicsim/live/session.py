@@ -1,5 +1,10 @@
-"""One live sensor, its scene, and the wishes of the window's user: carried out in order, refused in one line."""
+"""One live sensor, its scene, and the wishes of the window's user: carried out in order, refused in one line.
 
+A thread solves and renders, so that the window never waits for it.
+"""
+
+import logging
+import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -15,15 +20,14 @@ from magicsim.errors import MagicsimError, PresetError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.judge.verdicts import FusedProfiles
-from magicsim.live.sight import DESIGN_FIELDS, Scenery, Sight, Wish, design_values
-from magicsim.robot.darkroom import Moment
+from magicsim.live.sight import DESIGN_FIELDS, Sight, Wish, design_values
 from magicsim.robot.live import LiveSensor
 from magicsim.robot.quality import Quality
 from magicsim.robot.workspace import Workspace
-from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, with_passing
 from magicsim.simulation.episode import SimulatedFrame
+from magicsim.waiting import Told
 
 STAGE = "grip"
 """Scene that lends a design its rig, its object and the friction between them."""
@@ -56,10 +60,6 @@ def _is_design(name: str | Path) -> bool:
     return "keyframes" not in read_toml(find_preset("scene", name))
 
 
-Told = Callable[[str], None]
-"""Takes a line about what is being done."""
-
-
 class Session:
     """The sensor of the window; used by one thread alone."""
 
@@ -72,9 +72,8 @@ class Session:
         """Frames of the untouched sensor that the verdicts refer to."""
         self.rest: Array = np.zeros(())
         """Their mean, shape (rows, columns, 3) [grey levels]."""
-        self.now = Wish.of(
-            scene.design, exposure_grey=scene.rig.camera.exposure_grey, has_object=scene.object is not None
-        )
+        grey, has_object = scene.rig.camera.exposure_grey, scene.object is not None
+        self.now = Wish(design=design_values(scene.design), exposure_grey=grey, has_object=has_object)
         """Where everything is."""
 
     @property
@@ -138,10 +137,11 @@ class Session:
     def _learn(self, live: LiveSensor) -> None:
         """Takes reference frames of the untouched sensor under the present lights."""
         self._told("rendering the untouched sensor")
-        now = live.now()
-        still = replace(now, state=UNTOUCHED, deformation=live.sensor.rest, slid_mm=0.0)
-        moments = (_at(still, index, live.sensor.rig) for index in range(max(live.scene.references, 3)))
-        frames = [live.develop(moment) for moment in moments]
+        still, frames = replace(live.now(), deformation=live.sensor.rest, slid_mm=0.0), []
+        for index in range(max(live.scene.references, 3)):
+            time_s = index / still.frames_per_second
+            state = with_passing(UNTOUCHED, live.sensor.rig, time_s=time_s, seed=still.seed)
+            frames.append(live.develop(replace(still, index=index, time_s=time_s, state=state)))
         self.references = tuple(replace(each, truth=replace(each.truth, is_reference=True)) for each in frames)
         self._told("learning the untouched sensor")
         images = [frame.image for frame in frames]
@@ -164,8 +164,8 @@ class Session:
             self.live.remove_object()
             self.now = replace(self.now, has_object=False)
             return
-        self.live.move_to(gap_mm=wish.gap_mm, x_mm=wish.x_mm, y_mm=wish.y_mm, twist_deg=wish.twist_deg)
         place = {"gap_mm": wish.gap_mm, "x_mm": wish.x_mm, "y_mm": wish.y_mm, "twist_deg": wish.twist_deg}
+        self.live.move_to(**place)
         self.now = replace(self.now, has_object=True, **place)  # type: ignore[arg-type]
 
     def _sight(self, refusal: str | None, *, solve_s: float) -> Sight:
@@ -174,24 +174,98 @@ class Session:
         indenter = live.sensor.indenter(live.state)
         return Sight(
             wish=self.now,
-            shape=Scenery(
-                nodes_mm=live.sensor.lattice.nodes_mm + moved,
-                displacement_mm=np.linalg.norm(moved, axis=1),
-                object_position_mm=indenter.pose.position_mm if indenter is not None else None,
-                object_rotation=indenter.pose.rotation if indenter is not None else None,
-            ),
+            nodes_mm=live.sensor.lattice.nodes_mm + moved,
+            displacement_mm=np.linalg.norm(moved, axis=1),
+            object_pose=indenter.pose if indenter is not None else None,
             force_n=live.truth.force_n,
             slip_share=live.slip_share,
-            frame=None,
-            verdicts={},
             refusal=refusal,
             solve_s=solve_s,
-            light_s=0.0,
         )
 
 
-def _at(moment: Moment, index: int, rig: Rig) -> Moment:
-    time_s = index / moment.frames_per_second
-    return replace(
-        moment, index=index, time_s=time_s, state=with_passing(moment.state, rig, time_s=time_s, seed=moment.seed)
-    )
+LOGGER = logging.getLogger(__name__)
+READY = "ready"
+
+
+class Worker:
+    """Carries out wishes, one after the other, and shows each twice: the lattice first, then with the frame.
+
+    Where something passes in the room, the next frame is shown when no wish comes in a frame's time.
+    """
+
+    def __init__(self, session: Session, show: Callable[[Sight], None], failed: Callable[[str], None]) -> None:
+        self._session, self._show, self._failed = session, show, failed
+        self._changed = threading.Condition()
+        self._newest: Wish | None = None
+        self._is_stopped = False
+        self.replaced = 0
+        """How many wishes were dropped for a newer one."""
+        self._thread = threading.Thread(target=self._work, name="magicsim-live", daemon=True)
+        self._busy_since: float | None = None
+        self._doing = READY
+
+    def start(self) -> None:
+        """Begins to work."""
+        self._thread.start()
+
+    def ask(self, wish: Wish) -> None:
+        """Leaves a wish; one that waits is dropped for it. Never waits."""
+        with self._changed:
+            self.replaced += self._newest is not None
+            self._newest = wish
+            self._changed.notify()
+
+    def told(self, line: str) -> None:
+        """Takes note of what is being done."""
+        self._doing = line
+
+    @property
+    def busy(self) -> tuple[str, float] | None:
+        """What is being done and for how long [s]; None when nothing is."""
+        since = self._busy_since
+        return None if since is None else (self._doing, time.monotonic() - since)
+
+    @property
+    def is_asked(self) -> bool:
+        """Whether a newer wish waits."""
+        return self._newest is not None
+
+    def stop(self) -> None:
+        """Ends after the wish that is being carried out, a minute at most; may be called again."""
+        with self._changed:
+            self._is_stopped = True
+            self._changed.notify_all()
+        if self._thread.is_alive():
+            self._thread.join(60.0)
+
+    def _next(self, timeout_s: float | None) -> Wish | None:
+        """The newest wish, waiting for one; None where the worker is stopped, or nothing came in time."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._newest is not None or self._is_stopped, timeout_s)
+            newest, self._newest = self._newest, None
+            return newest
+
+    def _work(self) -> None:
+        is_shown = False
+        while not self._is_stopped:
+            wish = self._next(self._session.pause_s if is_shown else None)
+            if self._is_stopped:
+                return
+            wish, is_shown = wish or self._session.now, False
+            self._busy_since = time.monotonic()
+            try:
+                self.told("solving")
+                sight = self._session.go(wish)
+                self._show(sight)
+                self.told("rendering")
+                self._show(self._session.look(sight))
+                is_shown = True
+            except MagicsimError as error:
+                self._failed(str(error))
+            except Exception as error:
+                LOGGER.exception("the live window could not go on with a request")
+                self._failed(f"{type(error).__name__}: {error}")
+            finally:
+                self._busy_since = None
+                self.told(READY)

@@ -4,7 +4,7 @@ Of what is asked for only the newest value counts; every text of elsewhere is es
 """
 
 import base64
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from html import escape
 from typing import Self
 
@@ -13,6 +13,7 @@ import cv2
 from magicsim.arrays import AnyArray, Array, Frame
 from magicsim.detectors.verdict import Verdict
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.pose import Pose
 from magicsim.notebook.screen import STRONGER, beside_change
 from magicsim.robot.darkroom import FULL, Rgb
 from magicsim.robot.workspace import Workspace
@@ -44,11 +45,6 @@ class Wish:
     design: tuple[float, ...]
     """Values of `DESIGN_FIELDS`, in their order [mm]."""
 
-    @classmethod
-    def of(cls, design: ElastomerDesign, *, exposure_grey: float, has_object: bool) -> Self:
-        """What a window shows first."""
-        return cls(exposure_grey=exposure_grey, has_object=has_object, design=design_values(design))
-
     def pushed(self, space: Workspace, **by: float) -> Self:
         """The wish with the object moved by `gap_mm`, `x_mm`, `y_mm` and `twist_deg`, kept inside of the workspace."""
         moved: dict[str, float] = {}
@@ -64,39 +60,30 @@ def design_values(design: ElastomerDesign) -> tuple[float, ...]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Scenery:
-    """The block and the object in 3D."""
-
-    nodes_mm: Array
-    """Deformed positions of the solved lattice's nodes, shape (nodes, 3) [mm]."""
-    displacement_mm: Array
-    """How far each node has moved, shape (nodes,) [mm]."""
-    object_position_mm: Array | None
-    """Origin of the object's frame in the sensor's, shape (3,) [mm]; None without an object."""
-    object_rotation: Array | None
-    """Rotation matrix of the object, shape (3, 3)."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Sight:
     """One moment: what was asked for, what came of it, and what it took."""
 
     wish: Wish
     """Where object, lights, camera and design are now; not what was asked for where that was refused."""
-    shape: Scenery
+    nodes_mm: Array
+    """Deformed positions of the solved lattice's nodes, shape (nodes, 3) [mm]."""
+    displacement_mm: Array
+    """How far each node has moved, shape (nodes,) [mm]."""
+    object_pose: Pose | None
+    """The object in the sensor's frame; None without one."""
     force_n: tuple[float, float, float]
     """Force of the object on the sensor [N]."""
     slip_share: float
     """Share of the normal force that presses on sliding points, 0..1."""
-    frame: SimulatedFrame | None
+    frame: SimulatedFrame | None = None
     """The camera's frame; None where only the lattice is solved yet."""
-    verdicts: dict[str, Verdict | str]
+    verdicts: dict[str, Verdict | str] = field(default_factory=dict)
     """Verdicts of each profile, or why it gives none."""
     refusal: str | None
     """Why what was asked for was not done; None where it was."""
     solve_s: float
     """Time of the solve [s]."""
-    light_s: float
+    light_s: float = 0.0
     """Time of the picture [s]; 0 where there is none yet."""
 
     @property
@@ -108,9 +95,10 @@ class Sight:
 STYLE = "width:100%;font-size:13px;border-collapse:collapse"
 CELL = "padding:2px 6px;text-align:right"
 ROW = "padding:2px 6px;text-align:left;font-weight:600"
-LETTERS = (("E [bit]", "entropy"), ("C", "correlation"), ("S", "similarity"))
-
-
+SAID = {
+    "E [bit]": "entropy", "C": "correlation", "S": "similarity", "proximity": "proximity", "contact": "combined"
+}  # fmt: skip
+"""Rows of the table of verdicts, each with the field that it shows."""
 SHOWN_PX = 420
 """Width at which the camera's frame and its change are shown, or the panel's where that is less [px]."""
 
@@ -132,13 +120,10 @@ def verdict_table(verdicts: dict[str, Verdict | str]) -> str:
     if not verdicts:
         return "<p style='margin:4px 0'>No frame yet.</p>"
     head = "".join(f"<th scope='col' style='{CELL}'>{escape(name)}</th>" for name in verdicts)
-    rows = [
-        _row(label, [f"{getattr(each, name):.3f}" if isinstance(each, Verdict) else "-" for each in verdicts.values()])
-        for label, name in LETTERS
-    ]
-    for label, name in (("proximity", "proximity"), ("contact", "combined")):
-        words = [str(getattr(each, name)) if isinstance(each, Verdict) else "-" for each in verdicts.values()]
-        rows.append(_row(label, words))
+    rows = []
+    for label, name in SAID.items():
+        said = [getattr(each, name) if isinstance(each, Verdict) else "-" for each in verdicts.values()]
+        rows.append(_row(label, [f"{each:.3f}" if isinstance(each, float) else str(each) for each in said]))
     notes = "".join(
         f"<p style='margin:4px 0'>{escape(name)}: {escape(why)}</p>"
         for name, why in verdicts.items()
@@ -149,12 +134,10 @@ def verdict_table(verdicts: dict[str, Verdict | str]) -> str:
 
 def force_lines(sight: Sight) -> str:
     """Force, contact and the cost of the step."""
-    x, y, z = sight.force_n
-    wish = sight.wish
-    place = f"{wish.gap_mm:.2f} mm" if wish.has_object else "no object"
+    place = f"{sight.wish.gap_mm:.2f} mm" if sight.wish.has_object else "no object"
     rows = [
         _row("gap", ["", "", place]),
-        _row("force x, y, z [N]", [f"{value:.3f}" for value in (x, y, z)]),
+        _row("force x, y, z [N]", [f"{value:.3f}" for value in sight.force_n]),
         _row("slipping", ["", "", f"{sight.slip_share:.2f}"]),
         _row("solve, light [s]", ["", f"{sight.solve_s:.2f}", f"{sight.light_s:.2f}" if sight.frame else "..."]),
         _row("frames / s", ["", "", f"{sight.frames_per_second:.2f}" if sight.frame else "..."]),

@@ -2,8 +2,9 @@
 
 import threading
 from collections.abc import Callable
+from contextlib import AbstractContextManager
+from html import escape
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 
@@ -12,9 +13,8 @@ from magicsim.folder import check_place
 from magicsim.live.controls import Controls, Course, View3D
 from magicsim.live.recording import Recording, recording_name
 from magicsim.live.server import close_server, open_server
-from magicsim.live.session import Session
+from magicsim.live.session import Session, Worker
 from magicsim.live.sight import Sight, Wish, force_lines, frame_picture, state_line, verdict_table
-from magicsim.live.worker import Worker
 from magicsim.robot.quality import Quality, find_quality
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
@@ -31,7 +31,7 @@ HELP = (
 )
 
 
-class LiveWindow:
+class LiveWindow(AbstractContextManager["LiveWindow"]):
     """A page on 127.0.0.1 that shows one sensor and moves its object."""
 
     def __init__(
@@ -59,7 +59,8 @@ class LiveWindow:
         self._session = Session(scene, quality=find_quality(quality), workspace=space, told=self._tell)
         self._worker = Worker(self._session, self._show, self._refuse)
         self._shown_scene: SceneConfig | None = None
-        self._sight: Sight | None = None
+        self.sight: Sight | None = None
+        """The last moment that was shown with its frame; None before the first."""
         self._refusal: str | None = None
         self._recording: Recording | None = None
         self._written = 0
@@ -75,16 +76,6 @@ class LiveWindow:
     def address(self) -> str:
         """Where the page is."""
         return f"http://127.0.0.1:{self._server.get_port()}"
-
-    @property
-    def sight(self) -> Sight | None:
-        """The last moment that was shown with its frame; None before the first."""
-        return self._sight
-
-    @property
-    def replaced(self) -> int:
-        """How many wishes were dropped for a newer one."""
-        return self._worker.replaced
 
     @property
     def busy(self) -> tuple[str, float] | None:
@@ -110,9 +101,6 @@ class LiveWindow:
             self._ended.set()
             self._worker.stop()
             close_server(self._server)
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
@@ -159,7 +147,7 @@ class LiveWindow:
         """Puts a sight on the page; runs on the worker's thread."""
         self._refusal = sight.refusal
         self._show_block()
-        self._view.show(sight.shape, sight.wish.gap_mm)
+        self._view.show(sight)
         self._forces.content = force_lines(sight)
         if sight.frame is None:
             self._course.add(sight.force_n)
@@ -171,7 +159,7 @@ class LiveWindow:
         if self._recording is not None:
             self._recording.add(sight.frame)
             self._note(f"Recording: {len(self._recording)} frames" + (", full" if self._recording.is_full else ""))
-        self._sight = sight
+        self.sight = sight
         self._controls.follow(sight.wish, is_last=not self._worker.is_asked)
         self._state.content = state_line(None, self._refusal)
 
@@ -210,8 +198,6 @@ class LiveWindow:
         self._worker.ask(self._controls.wish)
 
     def _note(self, line: str) -> None:
-        from html import escape
-
         self._record_note.content = f"<p class='recorded' role='status' style='margin:4px 8px'>{escape(line)}</p>"
 
     def _refuse(self, why: str) -> None:

@@ -28,9 +28,6 @@ def as_landscape(portrait: Frame) -> Frame:
 
 World = Callable[[LiveSensor, float], None]
 """Called before every grabbed frame with the sensor and the simulated time [s]: moves object and lights."""
-BACKEND = "MAGICSIM"
-BGR_8UC3 = 16.0
-"""OpenCV's `CV_8UC3`, what `cv2.CAP_PROP_FORMAT` answers."""
 
 
 class SimulatedCapture:
@@ -106,7 +103,7 @@ class SimulatedCapture:
             cv2.CAP_PROP_FPS: self._sensor.frames_per_second,
             cv2.CAP_PROP_POS_FRAMES: self._sensor.frame_index,
             cv2.CAP_PROP_POS_MSEC: 1000 * self._sensor.time_s,
-            cv2.CAP_PROP_FORMAT: BGR_8UC3,
+            cv2.CAP_PROP_FORMAT: cv2.CV_8UC3,
             cv2.CAP_PROP_CONVERT_RGB: self._converts_rgb,
         }
         return float(values.get(propId, 0.0))
@@ -136,4 +133,4 @@ class SimulatedCapture:
 
     def getBackendName(self) -> str:
         """Which driver reads the frames."""
-        return BACKEND
+        return "MAGICSIM"

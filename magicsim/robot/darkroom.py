@@ -13,12 +13,14 @@ from magicsim.camera.camera import Camera
 from magicsim.camera.stream import CameraMemory, Instant
 from magicsim.config.models import validate
 from magicsim.deform.deformation import Deformation
-from magicsim.scenes.rig import DARK
+from magicsim.geometry.limits import PressLimits
+from magicsim.scenes.rig import DARK, Rig
 from magicsim.scenes.scene import OutputSettings
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin
-from magicsim.simulation.episode import SimulatedFrame
+from magicsim.simulation.episode import FrameTruth, SimulatedFrame
 from magicsim.simulation.sensor import Sensor, sensor_camera
 from magicsim.simulation.stream import RenderedState, Shot
+from magicsim.simulation.truth import frame_truth
 
 Rgb = tuple[float, float, float]
 FULL: Rgb = (1.0, 1.0, 1.0)
@@ -26,29 +28,23 @@ FULL: Rgb = (1.0, 1.0, 1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Moment:
+class Moment(Instant):
     """Everything that one frame depends on, held until it is developed."""
 
-    index: int
-    """Place in the stream; each frame has noise of its own."""
-    time_s: float
-    """Time since the stream began [s]."""
-    seed: int
-    """Seed of the stream's noise."""
-    state: FrameState
+    state: FrameState = UNTOUCHED
     deformation: Deformation
-    slid_mm: float
+    slid_mm: float = 0.0
     """How far the skin has slid over the object since the stream began."""
-    led_strength: Rgb
+    led_strength: Rgb = FULL
     """Radiance of the LED strips' red, green and blue in units of the rig's."""
-    frames_per_second: float
     memory: CameraMemory | None = None
     """What the camera inherits from the frames before; None at the stream's begin, and where it inherits nothing."""
 
-    @property
-    def at(self) -> Instant:
-        """Which frame of which stream."""
-        return Instant(seed=self.seed, index=self.index, time_s=self.time_s, frames_per_second=self.frames_per_second)
+    def truth(self, limits: PressLimits) -> FrameTruth:
+        """Ground truth in the sensor's frame, without rendering."""
+        return frame_truth(
+            self.state, self.deformation, limits, index=self.index, time_s=self.time_s, is_reference=False
+        )
 
 
 REMEMBERED = 3
@@ -73,32 +69,30 @@ class Darkroom:
             state=moment.state, deformation=moment.deformation, radiance=self._lit(moment), origin=origin,
             is_reference=False,
         )  # fmt: skip
-        frame, _ = ready.take(seen, self._memory(moment), moment.at)
+        frame, _ = ready.take(seen, self._memory(moment), moment)
         self.sensor.limits.see(frame.truth.beyond_limits)
         return frame
 
     def passed(self, moment: Moment) -> CameraMemory:
         """What the camera's next frame inherits when this moment has gone by, developed or not."""
-        return self._ready.camera.passed(self._lit(moment), self._memory(moment), moment.at)
+        return self._ready.camera.passed(self._lit(moment), self._memory(moment), moment)
 
     def exposed(self, exposure_grey: float) -> "Darkroom":
         """One that meters again on the untouched sensor, aiming at another mean grey level; nothing is rendered."""
-        rig = self.sensor.rig
-        values = rig.camera.model_dump() | {"exposure_grey": exposure_grey}
-        camera = validate(Camera, values, source="exposure")
         other = copy(self)
-        other.sensor = self.sensor.with_rig(rig.model_copy(update={"camera": camera}), is_alike=True)
+        other.sensor = self.sensor.with_rig(self._rig_with("exposure", exposure_grey=exposure_grey), is_alike=True)
         other._shot = None
         return other
 
     def resized(self, *, columns: int, rows: int) -> "Darkroom":
         """One that renders with so many pixels, and meters again; what they see along x stays `camera.field_mm`."""
+        rig = self._rig_with("image size", columns=columns, rows=rows)
+        return self if rig == self.sensor.rig else Darkroom(self.sensor.with_rig(rig), self._output)
+
+    def _rig_with(self, source: str, **values: float) -> Rig:
         rig = self.sensor.rig
-        values = rig.camera.model_dump() | {"columns": columns, "rows": rows}
-        camera = validate(Camera, values, source="image size")
-        if camera == rig.camera:
-            return self
-        return Darkroom(self.sensor.with_rig(rig.model_copy(update={"camera": camera})), self._output)
+        camera = validate(Camera, rig.camera.model_dump() | values, source=source)
+        return rig.model_copy(update={"camera": camera})
 
     @property
     def is_metered(self) -> bool:

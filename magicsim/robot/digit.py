@@ -15,13 +15,12 @@ import cv2
 import numpy as np
 
 from magicsim.arrays import Frame
+from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError, FrameError
 from magicsim.folder import result_file
 from magicsim.robot.capture import as_bgr, as_landscape
 from magicsim.robot.live import LiveSensor
 from magicsim.robot.picture import Picture
-
-SERIAL = "SIM00001"
 
 
 class DigitCamera:
@@ -44,7 +43,7 @@ class DigitCamera:
     LIGHTING_MIN: ClassVar[int] = 0
     LIGHTING_MAX: ClassVar[int] = 15
 
-    def __init__(self, serial: str = SERIAL, name: str | None = None, *, sensor: LiveSensor) -> None:
+    def __init__(self, serial: str = "SIM00001", name: str | None = None, *, sensor: LiveSensor) -> None:
         """Names the camera; `connect` opens it.
 
         Args:
@@ -123,11 +122,7 @@ class DigitCamera:
         self._check_connected()
         strengths = (intensity_r, intensity_g, intensity_b)
         for colour, value in zip("rgb", strengths, strict=True):
-            if value not in range(self.LIGHTING_MIN, self.LIGHTING_MAX + 1):
-                raise ConfigError(
-                    f"intensity_{colour} = {value} is not allowed: must be a whole number from {self.LIGHTING_MIN} to "
-                    f"{self.LIGHTING_MAX}"
-                )
+            check_number(f"intensity_{colour}", value, self.LIGHTING_MIN, self.LIGHTING_MAX, whole=True)
         self.intensity = strengths
         red, green, blue = (value / self.LIGHTING_MAX for value in strengths)
         self._sensor.set_led_strength(red, green, blue)

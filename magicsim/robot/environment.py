@@ -269,10 +269,13 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         """The last frames side by side, RGB of shape (rows, cameras x columns, 3), in mode `rgb_array`; or shown."""
         if self.render_mode is None or not self._frames:
             return None
-        if self.render_mode == "human":
-            self._show()
-            return None
-        return self._side_by_side()
+        side_by_side = np.hstack([frame.image for frame in self._frames])
+        if self.render_mode == "rgb_array":
+            return side_by_side
+        if self._picture is None:
+            self._picture = Picture("magicsim GraspLift")
+        self._picture.show(side_by_side)
+        return None
 
     def close(self) -> None:
         """Lets go of the sensors; may be called again."""
@@ -305,21 +308,13 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     def _images(self) -> tuple[str, ...]:
         return ("image", "image_lower")[: self.cameras]
 
-    def _side_by_side(self) -> npt.NDArray[np.uint8]:
-        return np.hstack([frame.image for frame in self._frames])
-
-    def _show(self) -> None:
-        if self._picture is None:
-            self._picture = Picture("magicsim GraspLift")
-        self._picture.show(self._side_by_side())
-
     def _observe(self, lift: Lift, speeds_mm_s: npt.NDArray[np.float64]) -> Observation:
         solved = time.perf_counter()
         state = lift.state
         self._frames = tuple(finger.frame() for finger in lift.gripper.fingers[: self.cameras])
         self.cost = StepCost(solve_s=solved - self._begun, light_s=time.perf_counter() - solved)
         if self.render_mode == "human":
-            self._show()
+            self.render()
         images = {name: frame.image.copy() for name, frame in zip(self._images, self._frames, strict=True)}
         values = [state.width_mm, state.finger_mm, *speeds_mm_s]
         return {**images, "proprioception": np.array(values, np.float32)}

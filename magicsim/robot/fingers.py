@@ -22,7 +22,6 @@ from magicsim.geometry.pose import Pose
 
 Side = Literal["upper", "lower"]
 SIDES: tuple[Side, Side] = ("upper", "lower")
-HALF_TURN_DEG = 180.0
 ROUNDING_MM = 1e-9
 """Gap below which an object just touches [mm]: what is left of three numbers that add up to nothing."""
 TO_GRIPPER: dict[Side, Array] = {"upper": np.eye(3), "lower": np.diag([-1.0, 1.0, -1.0])}
@@ -58,7 +57,7 @@ def seen_by_lower(target: AnyObject) -> AnyObject:
 
     Half a turn about y before Rz(yaw) Ry(pitch) Rx(roll) is Rz(-yaw) Ry(180 + pitch) Rx(roll).
     """
-    return target.model_copy(update={"pitch_deg": target.pitch_deg + HALF_TURN_DEG, "yaw_deg": -target.yaw_deg})
+    return target.model_copy(update={"pitch_deg": target.pitch_deg + 180.0, "yaw_deg": -target.yaw_deg})
 
 
 def object_pose(target: AnyObject, place: ObjectPlace) -> Pose:

@@ -5,9 +5,8 @@ object; each sees the other one behind the object (`magicsim.light.facing`).
 """
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
-from typing import Self
 
 from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError
@@ -17,15 +16,13 @@ from magicsim.robot.fingers import SIDES, ObjectPlace, finger_pose, half_extents
 from magicsim.robot.grip.held import settle
 from magicsim.robot.grip.linkage import Linkage, close_until
 from magicsim.robot.grip.load import Hold, Load
-from magicsim.robot.grip.pair import BALANCE_N, FingerPair, finger_seed, float_between
+from magicsim.robot.grip.pair import FingerPair, finger_seed, float_between
 from magicsim.robot.grip.truth import GripFrames, GripMoment, GripState, GripTruth, grip_truth
 from magicsim.robot.live import LEAST_WIDTH_MM, MAX_SEED, LiveSensor, still_to_come
 from magicsim.robot.quality import Quality
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
 from magicsim.waiting import Told, on_stderr, waiting
-
-__all__ = ["BALANCE_N", "GripFrames", "GripMoment", "GripTruth", "Gripper", "finger_seed"]
 
 TILT_DEG = 15.0
 """How far an object may tilt in a gripper whose workspace is not given [degrees]."""
@@ -34,7 +31,7 @@ MOST_SLIDE_MM = 3.0
 """Way of the object in one motion beyond which no friction will hold it any more [mm]; assumed."""
 
 
-class Gripper:
+class Gripper(AbstractContextManager["Gripper"]):
     """Two fingers that close on one object, moved by the caller; motions are quasi-static, as in `LiveSensor`.
 
     The object is either placed by the caller (`close`), as by a hand, or held by the fingers alone (`hold`): then its
@@ -209,11 +206,8 @@ class Gripper:
             )
         acting = self._state.load if load is None else load
         with self._whole("finding where the object rests"):
-            held = settle(self._pair, self.place, width, acting, most_slide_mm=most_slide_mm)
-            self._state = GripState(
-                width_mm=width, place=held.place, hold=held.hold, load=acting, slid_mm=held.slid_mm, limit=held.limit
-            )
-            return held.hold
+            self._state = settle(self._pair, self.place, width, acting, most_slide_mm=most_slide_mm)
+            return self.outcome
 
     def remove_object(self) -> None:
         """Takes the object away; the fingers stay where they are, and `close` puts it between them again."""
@@ -294,9 +288,6 @@ class Gripper:
         self.upper.close()
         self.lower.close()
 
-    def __enter__(self) -> Self:
-        return self
-
     def __exit__(self, *_: object) -> None:
         self.release()
 
@@ -311,20 +302,16 @@ class Gripper:
         try:
             with waiting(doing, self._told):
                 yield
-            if not is_inner:
-                self._mind_limits()
+            for finger in () if is_inner else self.fingers:
+                excess = finger.truth.beyond_limits
+                if excess and self._within_limits:
+                    raise ConfigError(f"a motion is not allowed with within_limits: {excess}")
+                finger.sensor.limits.see(excess)
         except BaseException:
             self.go_back(before)
             raise
         finally:
             self._inside = is_inner
-
-    def _mind_limits(self) -> None:
-        for finger in self.fingers:
-            excess = finger.truth.beyond_limits
-            if excess and self._within_limits:
-                raise ConfigError(f"a motion is not allowed with within_limits: {excess}")
-            finger.sensor.limits.see(excess)
 
     def _close_to(self, width_mm: float, load: Load | None, *, floats: bool) -> bool:
         """Turns the cranks until the faces are so far apart, or the motors stall: says whether they did."""

@@ -1,30 +1,26 @@
 """A simulated sensor whose object and lights the user's code moves, in any order, one frame at a time."""
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Self
-
-import numpy as np
-import numpy.typing as npt
+from typing import Any
 
 from magicsim.camera.effect_settings import H264
-from magicsim.camera.stream import CameraMemory
 from magicsim.config.ranges import check_number
+from magicsim.deform.contact.face import contact_face, point_spacing_mm
 from magicsim.deform.deformation import Deformation
 from magicsim.errors import ConfigError
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
-from magicsim.robot.darkroom import FULL, Darkroom, Moment
+from magicsim.robot.darkroom import Darkroom, Moment
 from magicsim.robot.quality import Quality, find_quality
-from magicsim.robot.workspace import Workspace, contact_areas_mm2, slip_share, travel
+from magicsim.robot.workspace import Workspace, slip_share, travel
 from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing
 from magicsim.simulation.episode import FrameTruth, SimulatedFrame
 from magicsim.simulation.sensor import Sensor
-from magicsim.simulation.truth import frame_truth
 from magicsim.waiting import Told, on_stderr, waiting
 
 MAX_SEED = 2**31
@@ -36,7 +32,7 @@ STRONGEST = 1000.0
 """Strength of the LEDs, in units of the rig's radiance."""
 
 
-class LiveSensor:
+class LiveSensor(AbstractContextManager["LiveSensor"]):
     """One sensor with one object, moved by the caller.
 
     Every motion is quasi-static and starts from the equilibrium before, so friction has the history of the motions. A
@@ -81,16 +77,19 @@ class LiveSensor:
                 "any order; must be 'mjpeg' or left out"
             )
         self.workspace = workspace or Workspace()
-        self.quality = find_quality(quality)
         self._told = told
-        self._scene = placed = self.quality.applied(scene)
+        self._scene = placed = find_quality(quality).applied(scene)
         states = self.workspace.states(placed)
         with waiting("building block and lattice", told):
             sensor = Sensor.for_scene(placed, states=states, companion=companion, opposite=opposite)
             self._darkroom: Darkroom | None = Darkroom(sensor, placed.output)
-        self._frames_per_second = scene.frames_per_second
-        self._area_mm2 = contact_areas_mm2(self.sensor)
-        self.reset()
+        self._moment = Moment(
+            seed=sensor.seed, index=0, time_s=0.0, frames_per_second=scene.frames_per_second, deformation=sensor.rest
+        )
+        target = sensor.object
+        spacing = {"point_spacing_mm": point_spacing_mm(target.shape())} if target is not None else {}
+        self.contact_area_mm2 = contact_face(sensor.lattice, **spacing).area_mm2
+        """Rest area of each contact point, shape (points,) [mm2]."""
 
     def reset(self, *, seed: int | None = None) -> None:
         """Back to the untouched sensor at full light, the stream at its first frame.
@@ -103,12 +102,8 @@ class LiveSensor:
         """
         asked = self.sensor.seed if seed is None else seed
         check_number("seed", asked, 0, MAX_SEED - 1, whole=True)
-        self._memory: CameraMemory | None
-        # What belongs together is replaced at once, so that an interrupt finds all of it or nothing.
-        (
-            self._seed, self._index, self._time_s, self._memory, self._state, self._deformation, self._slid_mm,
-            self._led_strength,
-        ) = int(asked), 0, 0.0, None, UNTOUCHED, self.sensor.rest, 0.0, FULL  # fmt: skip
+        rate, rest = self.frames_per_second, self.sensor.rest
+        self._moment = Moment(seed=int(asked), index=0, time_s=0.0, frames_per_second=rate, deformation=rest)
 
     @property
     def sensor(self) -> Sensor:
@@ -128,50 +123,42 @@ class LiveSensor:
     @property
     def frames_per_second(self) -> float:
         """Frames in a second of simulated time [1/s]."""
-        return self._frames_per_second
+        return self._moment.frames_per_second
 
     @property
     def frame_index(self) -> int:
         """Number of frames grabbed since the stream began."""
-        return self._index
+        return self._moment.index
 
     @property
     def time_s(self) -> float:
         """Simulated time of the next frame [s]."""
-        return self._time_s
+        return self._moment.time_s
 
     @property
     def state(self) -> FrameState:
         """Where object and outside light are, and what passes in the room at the time of the next frame."""
-        return with_passing(self._state, self.sensor.rig, time_s=self._time_s, seed=self._seed)
+        return with_passing(self._moment.state, self.sensor.rig, time_s=self.time_s, seed=self._moment.seed)
 
     @property
     def deformation(self) -> Deformation:
         """The present equilibrium."""
-        return self._deformation
-
-    @property
-    def contact_area_mm2(self) -> npt.NDArray[np.float64]:
-        """Rest area of each contact point, shape (points,) [mm2]."""
-        return self._area_mm2
+        return self._moment.deformation
 
     @property
     def slip_share(self) -> float:
         """Share of the normal force that presses on sliding points, 0..1; see `magicsim.robot.workspace`."""
-        return slip_share(self._deformation, self._area_mm2)
+        return slip_share(self.deformation, self.contact_area_mm2)
 
     @property
     def slid_mm(self) -> float:
         """How far the skin has slid over the object since the stream began, see `magicsim.robot.workspace` [mm]."""
-        return self._slid_mm
+        return self._moment.slid_mm
 
     @property
     def truth(self) -> FrameTruth:
         """Ground truth of the present state, as the next frame would have it."""
-        limits = self.sensor.design.limits
-        return frame_truth(
-            self.state, self._deformation, limits, index=self._index, time_s=self._time_s, is_reference=False
-        )
+        return self.now().truth(self.sensor.design.limits)
 
     def move_to(
         self,
@@ -202,7 +189,7 @@ class LiveSensor:
             "tilt_y_deg": tilt_y_deg,
         }  # fmt: skip
         given = {name: float(value) for name, value in asked.items() if value is not None}
-        self._go(replace(self._state, **given))  # type: ignore[arg-type]
+        self._go(replace(self._moment.state, **given))  # type: ignore[arg-type]
 
     def go_back(self, moment: Moment) -> None:
         """Object, lights and the history of the contact as they were at a moment; the stream goes on.
@@ -210,16 +197,14 @@ class LiveSensor:
         Args:
             moment: From `grab` or `now` of this sensor.
         """
-        self._state, self._deformation, self._slid_mm, self._led_strength = (
-            replace(moment.state, passing_mm=None), moment.deformation, moment.slid_mm, moment.led_strength
+        self._change(
+            state=replace(moment.state, passing_mm=None), deformation=moment.deformation, slid_mm=moment.slid_mm,
+            led_strength=moment.led_strength,
         )  # fmt: skip
 
     def remove_object(self) -> None:
         """Takes the object away; the skin forgets it."""
-        state = self._state
-        self._go(
-            replace(UNTOUCHED, flashlight=state.flashlight, light_x_mm=state.light_x_mm, facing_mm=state.facing_mm)
-        )
+        self._go(_without_object(self._moment.state))
 
     def face(self, distance_mm: float | None) -> None:
         """Puts another finger of the same kind before this one, turned by half a turn about y, or takes it away.
@@ -234,7 +219,7 @@ class LiveSensor:
         """
         if distance_mm is not None:
             check_number("distance_mm", distance_mm, LEAST_WIDTH_MM, FARTHEST_MM)
-        self._state = replace(self._state, facing_mm=None if distance_mm is None else float(distance_mm))
+        self._set(facing_mm=None if distance_mm is None else float(distance_mm))
 
     def accompany(self, pose: Pose | None) -> None:
         """Puts what is seen beside the object somewhere, or takes it away; it touches nothing.
@@ -249,46 +234,37 @@ class LiveSensor:
         """
         if self.sensor.companion is None and pose is not None:
             raise ConfigError("companion is missing: build the sensor with what is to be seen beside its object")
-        self._state = replace(self._state, companion=None if pose is None else pose.key())
+        self._set(companion=None if pose is None else pose.key())
 
     def shine(self, *, on: bool = True, x_mm: float = 0.0) -> None:
         """Turns the flashlight on, shifted along x [mm] as far as is allowed (`ConfigError`), or off."""
         check_number("x_mm", x_mm, -FARTHEST_MM, FARTHEST_MM)
-        self._state = replace(self._state, flashlight=on, light_x_mm=float(x_mm) if on else 0.0)
+        self._set(flashlight=on, light_x_mm=float(x_mm) if on else 0.0)
 
     def set_led_strength(self, red: float, green: float, blue: float) -> None:
         """LED strips' red, green and blue, each 0 to 1000 (`ConfigError`) times the rig's; exposure stays locked."""
         strength = (float(red), float(green), float(blue))
         for each in strength:
             check_number("LED strength", each, 0, STRONGEST)
-        self._led_strength = strength
+        self._change(led_strength=strength)
 
     def set_exposure_grey(self, exposure_grey: float) -> None:
         """Meters again, aiming at a mean grey level of the untouched sensor of 1 to 254 (`ConfigError` for others)."""
-        self._darkroom, self._memory = self._open.exposed(exposure_grey), None
+        self._darkroom, self._moment = self._open.exposed(exposure_grey), replace(self._moment, memory=None)
 
     def set_frame_rate(self, frames_per_second: float) -> None:
         """Sets the time from frame to frame, by 0.001 to 1000 frames a second (`ConfigError` for others)."""
         check_number("frames_per_second", frames_per_second, MIN_FRAME_RATE, MAX_FRAME_RATE)
-        self._frames_per_second = float(frames_per_second)
+        self._change(frames_per_second=float(frames_per_second))
 
     def set_image_size(self, *, columns: int, rows: int) -> None:
         """Renders with so many pixels (`ConfigError` for too many) from now on, which see `camera.field_mm` along x."""
-        self._darkroom, self._memory = self._open.resized(columns=columns, rows=rows), None
+        darkroom = self._open.resized(columns=columns, rows=rows)
+        self._darkroom, self._moment = darkroom, replace(self._moment, memory=None)
 
     def now(self) -> Moment:
         """The present moment, without taking it from the stream."""
-        return Moment(
-            index=self._index,
-            time_s=self._time_s,
-            seed=self._seed,
-            state=self.state,
-            deformation=self._deformation,
-            slid_mm=self._slid_mm,
-            led_strength=self._led_strength,
-            frames_per_second=self._frames_per_second,
-            memory=self._memory,
-        )
+        return replace(self._moment, state=self.state)
 
     def grab(self) -> Moment:
         """Takes the next moment of the stream without developing it, and lets one frame's time pass.
@@ -296,11 +272,12 @@ class LiveSensor:
         Raises:
             RenderError: The camera's next frame depends on this one, whose image is not valid.
         """
-        moment, memory = self.now(), self._memory
+        moment, memory = self.now(), self._moment.memory
         if self.sensor.rig.camera.history:
             with waiting(self._rendering, self._told):
                 memory = self._open.passed(moment)
-        self._index, self._time_s, self._memory = self._index + 1, self._time_s + 1 / self._frames_per_second, memory
+        later_s = moment.time_s + 1 / moment.frames_per_second
+        self._change(index=moment.index + 1, time_s=later_s, memory=memory)
         return moment
 
     def develop(self, moment: Moment) -> SimulatedFrame:
@@ -317,9 +294,6 @@ class LiveSensor:
         """Lets go of solver, scenes and images; may be called again."""
         self._darkroom = None
 
-    def __enter__(self) -> Self:
-        return self
-
     def __exit__(self, *_: object) -> None:
         self.close()
 
@@ -333,31 +307,41 @@ class LiveSensor:
             raise ConfigError("the sensor is closed: build another one")
         return self._darkroom
 
+    def _change(self, **values: Any) -> None:  # noqa: ANN401 - fields of `Moment`
+        """Replaces what belongs together at once, so that an interrupt finds all of it or nothing."""
+        self._moment = replace(self._moment, **values)
+
+    def _set(self, **values: Any) -> None:  # noqa: ANN401 - fields of `FrameState`
+        self._change(state=replace(self._moment.state, **values))
+
     def _go(self, state: FrameState) -> None:
-        sensor = self.sensor
-        lit = replace(UNTOUCHED, flashlight=state.flashlight, light_x_mm=state.light_x_mm, facing_mm=state.facing_mm)
-        if state.gap_mm is None and state != lit:
+        sensor, now = self.sensor, self._moment
+        if state.gap_mm is None and state != _without_object(state):
             msg = "gap_mm is missing: there is no object yet, so the first motion must say how far away it is"
             raise ConfigError(msg)
         if state.has_object and sensor.object is None:
             raise ConfigError("object is missing: the scene of this sensor has none to move")
         self.workspace.check(state)
-        if state == self._state:
+        if state == now.state:
             return
         with waiting("solving the contact", self._told):
-            deformation, slid_mm = travel(sensor, self._state, state, self._deformation, self._area_mm2)
-        self._state, self._deformation, self._slid_mm = state, deformation, self._slid_mm + slid_mm
+            deformation, slid_mm = travel(sensor, now.state, state, now.deformation, self.contact_area_mm2)
+        self._change(state=state, deformation=deformation, slid_mm=now.slid_mm + slid_mm)
+
+
+def _without_object(state: FrameState) -> FrameState:
+    return replace(UNTOUCHED, flashlight=state.flashlight, light_x_mm=state.light_x_mm, facing_mm=state.facing_mm)
 
 
 @contextmanager
 def still_to_come(*sensors: LiveSensor) -> Iterator[None]:
     """Frames of these sensors, of which none is taken from its stream where one fails or is interrupted."""
-    before = [(each._index, each._time_s, each._memory) for each in sensors]
+    before = [each._moment for each in sensors]
     try:
         yield
     except BaseException:
-        for each, stream in zip(sensors, before, strict=True):
-            each._index, each._time_s, each._memory = stream
+        for each, then in zip(sensors, before, strict=True):
+            each._change(index=then.index, time_s=then.time_s, memory=then.memory)
         raise
 
 

@@ -22,7 +22,6 @@ class Picture:
 
     def __init__(self, title: str) -> None:
         """Opens a window, or says on stderr where the page is."""
-        self._title = title
         self._root, self._label, self._photo = _tk_window(title)
         self._page = None if self._root is not None else _Page(title)
         self.is_open = True

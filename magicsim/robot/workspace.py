@@ -8,7 +8,6 @@ import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.config.ranges import check_number
-from magicsim.deform.contact.face import contact_face, point_spacing_mm
 from magicsim.deform.deformation import Deformation
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE
@@ -23,7 +22,6 @@ ENTRY_STEP_MM = 0.1
 SLIDE_STEP_MM = 0.5
 """Length of a step within contact [mm]: a contact wider than that overlaps itself from step to step, so that its slip
 can be added up; it is as long as the solver's own steps."""
-MOVED = ("gap_mm", "x_mm", "y_mm", "twist_deg", "tilt_x_deg", "tilt_y_deg")
 
 
 def waypoints(
@@ -57,7 +55,7 @@ def waypoints(
 
 def between(start: FrameState, end: FrameState, share: float) -> FrameState:
     """The pose at a share of the straight way between two states that have an object; lights are those of the end."""
-    values = {name: (1 - share) * getattr(start, name) + share * getattr(end, name) for name in MOVED}
+    values = {name: (1 - share) * getattr(start, name) + share * getattr(end, name) for name in RANGES}
     return replace(end, **values)
 
 
@@ -103,13 +101,6 @@ def travel(
         before, deformation = deformation, sensor.deform(each, deformation)
         slid_mm += slip_mm(before, deformation, area_mm2)
     return sensor.rest if deformation.is_rest or not way else deformation, slid_mm
-
-
-def contact_areas_mm2(sensor: Sensor) -> Array:
-    """Rest area of each contact point, shape (points,) [mm2]."""
-    target = sensor.object
-    spacing = {"point_spacing_mm": point_spacing_mm(target.shape())} if target is not None else {}
-    return contact_face(sensor.lattice, **spacing).area_mm2
 
 
 Range = tuple[float, float]

@@ -55,14 +55,15 @@ class ObjectBase(Config):
         """Raises ConfigError where the object may be seen and not touch; none by default."""
 
     def entered_from_above(
-        self, solid: Shape, *, shell_mm: float | None = None, reach_mm: float | None = None
+        self, solid: Shape, *, shell_mm: float | None = None, reach_mm: float | None = None, pose: Pose | None = None
     ) -> Shape:
-        """The solid with contact by the side of entry, its approach along the sensor's +z in this orientation.
+        """The solid with contact by the side of entry, approached along the sensor's +z in this orientation or a pose.
 
         Shell and reach are those of `EntrySide`, by default 0.05 mm or a quarter of a feature, and 0.5 mm or two
         features.
         """
-        x, y, z = Pose.from_degrees(np.zeros(3), roll=self.roll_deg, pitch=self.pitch_deg).rotation[2].tolist()
+        pose = pose or Pose.from_degrees(np.zeros(3), roll=self.roll_deg, pitch=self.pitch_deg)
+        x, y, z = pose.rotation[2].tolist()
         shell = shell_mm if shell_mm is not None else min(SHELL_MM, SHELL_SHARE * solid.feature_mm)
         reach = reach_mm if reach_mm is not None else min(REACH_MM, REACH_FEATURES * solid.feature_mm)
         return EntrySide(solid, (x, y, z), shell, reach)

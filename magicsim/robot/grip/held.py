@@ -12,11 +12,14 @@ from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.robot.fingers import ObjectPlace, object_pose
 from magicsim.robot.grip.load import Hold, Load
 from magicsim.robot.grip.pair import FingerPair, contacts_mm
+from magicsim.robot.grip.truth import GripState
 
 ITERATIONS = 40
 """Most trials of one search."""
 SHORTENINGS = 4
 """How often a step is shortened that fails, or goes too far."""
+LONGEST_MM = 0.5
+"""Longest step [mm]."""
 WORSE = 1.5
 """What drives the body back after a step, in units of what drove it on before, above which the step is shortened; a
 body that is still driven on goes on, however hard it is driven."""
@@ -36,21 +39,6 @@ class Search(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Limits:
-    """When a search ends, and how far it may go."""
-
-    tolerance_n: float
-    """Largest component out of balance [N]."""
-    longest_mm: float = 0.5
-    most_mm: float = 3.0
-    """Way from the start beyond which the body is lost [mm]."""
-    low: Array
-    """Smallest place, shape (n,) [mm]."""
-    high: Array
-    """Largest place, shape (n,); a coordinate without any range is held [mm]."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class RestingPlace:
     """Where a search ended."""
 
@@ -65,15 +53,19 @@ class RestingPlace:
 
 
 def find_balance(
-    unbalanced: Callable[[Array], Array], stiffness: Array, limits: Limits, *, keep: Callable[[], None]
-) -> RestingPlace:
+    unbalanced: Callable[[Array], Array], stiffness: Array, *, tolerance_n: float, low: Array, high: Array,
+    most_mm: float, keep: Callable[[], None],
+) -> RestingPlace:  # fmt: skip
     """Moves a body from 0 to where the force on it vanishes.
 
     Args:
         unbalanced: Force on the body at a place, both of shape (n,) [mm, N], rotations times a lever; the state behind
             is left there. It may raise ConvergenceError.
         stiffness: First estimate of how the force falls with the motion, shape (n, n) [N/mm].
-        limits: When to end.
+        tolerance_n: Largest component out of balance at rest [N].
+        low: Smallest place, shape (n,) [mm].
+        high: Largest place, shape (n,); a coordinate without any range is held [mm].
+        most_mm: Way from the start beyond which the body is lost [mm].
         keep: The state behind as it is now becomes the one that trials start from.
 
     Raises:
@@ -81,17 +73,17 @@ def find_balance(
     """
     matrix = np.array(stiffness, float)
     softest = SOFTEST * max(float(np.abs(np.diagonal(matrix)).max()), 1e-3)
-    place, free = np.zeros(len(matrix)), limits.low < limits.high
+    place, free = np.zeros(len(matrix)), low < high
     force, trials = unbalanced(place), 1
     while trials < ITERATIONS:
-        if np.abs(force[free]).max(initial=0.0) <= limits.tolerance_n:
+        if np.abs(force[free]).max(initial=0.0) <= tolerance_n:
             return RestingPlace(place=place, unbalanced=force, search=Search.BALANCED, trials=trials)
         step = _step(matrix, force, free, softest)
         length = float(np.linalg.norm(step))
-        is_long = length >= limits.longest_mm
-        step *= min(1.0, limits.longest_mm / max(length, 1e-30))
+        is_long = length >= LONGEST_MM
+        step *= min(1.0, LONGEST_MM / max(length, 1e-30))
         for shortening in range(SHORTENINGS + 1):
-            tried = np.clip(place + step, limits.low, limits.high)
+            tried = np.clip(place + step, low, high)
             try:
                 found, trials = unbalanced(tried), trials + 1
             except ConvergenceError:
@@ -107,13 +99,13 @@ def find_balance(
         place, force = tried, found
         if is_long:
             keep()
-        is_at_limit = (place <= limits.low) & (force < 0) | (place >= limits.high) & (force > 0)
-        stopped = is_at_limit & free & (np.abs(force) > limits.tolerance_n)
+        is_at_limit = (place <= low) & (force < 0) | (place >= high) & (force > 0)
+        stopped = is_at_limit & free & (np.abs(force) > tolerance_n)
         if stopped.any():
             return RestingPlace(
                 place=place, unbalanced=force, search=Search.AT_LIMIT, trials=trials, limit=int(stopped.argmax())
             )
-        if np.linalg.norm(place) > limits.most_mm:
+        if np.linalg.norm(place) > most_mm:
             return RestingPlace(place=place, unbalanced=force, search=Search.LOST, trials=trials)
     raise ConvergenceError(
         f"the held object does not come to rest: {np.abs(force).max():.3g} N out of balance after {trials} trials, "
@@ -146,31 +138,16 @@ BALANCE_N, BALANCE_SHARE, LOAD_SHARE = 0.01, 0.01, 0.05
 smaller one counts, and at least so much [N]. Torques count by the levers of `FingerPair.levers_mm`."""
 COORDINATES = ("x_mm", "y_mm", "z_mm", "tilt_x_deg", "tilt_y_deg", "twist_deg")
 """Coordinates of a place, in the order of the wrench."""
-FULL_TURN = 360.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Held:
-    """What became of the object."""
-
-    hold: Hold
-    place: ObjectPlace
-    """Where it is, or was last."""
-    slid_mm: float
-    """How far it slid over the skin that it slid over most [mm]."""
-    trials: int
-    """Equilibria of both fingers that were solved for it."""
-    limit: str | None = None
-    """The coordinate at whose end in the workspace it was still driven on; it counts as dropped there."""
-
-
-def settle(pair: FingerPair, place: ObjectPlace, width_mm: float, load: Load, *, most_slide_mm: float) -> Held:
+def settle(pair: FingerPair, place: ObjectPlace, width_mm: float, load: Load, *, most_slide_mm: float) -> GripState:
     """Lets the object go where fingers and load bring it; the fingers are left there, empty where it drops."""
     room = pair.room_mm(place, width_mm)
     touches_lower, touches_upper = contacts_mm(pair, place, width_mm)
+    ended = GripState(width_mm=width_mm, place=place, hold=Hold.DROPPED, load=load)
     if touches_lower <= touches_upper:  # not pressed from both sides
         pair.take_away(width_mm)
-        return Held(hold=Hold.DROPPED, place=place, slid_mm=0.0, trials=0)
+        return ended
     start, slid = pair.moments(), pair.slid_mm
     first = replace(place, z_mm=float(np.clip(place.z_mm, touches_upper, touches_lower).clip(*room)))
     base = [start]
@@ -191,10 +168,12 @@ def settle(pair: FingerPair, place: ObjectPlace, width_mm: float, load: Load, *,
         base[0] = pair.moments()
 
     low, high = _limits(pair, first, room)
-    limits = Limits(tolerance_n=tolerance, most_mm=most_slide_mm, low=low / scale, high=high / scale)
     stiffness = pair.stiffness(first, width_mm) + load.stiffness(object_pose(pair.target, first))
     stiffness *= np.outer(scale, scale)
-    found = find_balance(unbalanced, stiffness, limits, keep=keep)
+    found = find_balance(
+        unbalanced, stiffness, tolerance_n=tolerance, low=low / scale, high=high / scale, most_mm=most_slide_mm,
+        keep=keep,
+    )  # fmt: skip
     settled = _inside(pair, _moved(first, found.place * scale))
     way = max(now - before for now, before in zip(pair.slid_mm, slid, strict=True))
     if found.search is not Search.BALANCED:
@@ -205,8 +184,8 @@ def settle(pair: FingerPair, place: ObjectPlace, width_mm: float, load: Load, *,
                 f"{room[0]:.3g} to {room[1]:.3g}"
             )
         pair.take_away(width_mm)
-        return Held(hold=Hold.DROPPED, place=settled, slid_mm=way, trials=found.trials, limit=limit)
-    return Held(hold=Hold.of_way(way), place=settled, slid_mm=way, trials=found.trials)
+        return replace(ended, place=settled, slid_mm=way, limit=limit)
+    return replace(ended, hold=Hold.of_way(way), place=settled, slid_mm=way)
 
 
 def _limits(pair: FingerPair, place: ObjectPlace, room: tuple[float, float]) -> tuple[Array, Array]:
@@ -237,7 +216,7 @@ def _moved(place: ObjectPlace, motion: Array) -> ObjectPlace:
     x, y, z, w = (Rotation.from_rotvec(motion[3:]) * old).as_quat()
     del x, y
     twist = float(np.degrees(2 * np.arctan2(z, w)))
-    twist += FULL_TURN * round((place.twist_deg - twist) / FULL_TURN)
+    twist += 360.0 * round((place.twist_deg - twist) / 360.0)
     swing = Rotation.from_rotvec(motion[3:]) * old * Rotation.from_euler("z", -twist, degrees=True)
     tilt_x, tilt_y, _ = swing.as_rotvec(degrees=True)
     return replace(

@@ -30,7 +30,7 @@ def close_until(
     force_n: Callable[[float], float], keep: Callable[[], None], start: tuple[float, float], target_mm: float,
     limit_n: float,
 ) -> bool:  # fmt: skip
-    """Closes the fingers step by step; they are left where they stand.
+    """Closes the fingers step by step, and says whether the motors stalled on the way; they are left where they stand.
 
     Args:
         force_n: Brings the faces from where they were kept last to a distance, and gives the larger normal force [N].
@@ -38,9 +38,6 @@ def close_until(
         start: Distance of the faces where they stand [mm], at which they touch the object or will soon, and force [N].
         target_mm: Where to, not above it [mm].
         limit_n: Normal force at which the motors stall [N].
-
-    Returns:
-        Whether the motors stalled on the way.
     """
     width, pressed = start
     if pressed > limit_n:

@@ -17,18 +17,19 @@ from magicsim.geometry.pose import Pose
 from magicsim.robot.darkroom import Moment
 from magicsim.robot.fingers import SIDES, ObjectPlace, finger_motion, finger_pose, half_extents_mm, object_pose
 from magicsim.robot.live import LiveSensor
+from magicsim.simulation.episode import FrameTruth
 
 SHEAR_SHARE = 2 / 3
 """Tangential by normal stiffness of a bonded round contact on an incompressible half space: (2 - 2 v) / (2 - v) at v =
 1/2 (Mindlin 1949)."""
 HERTZ = 1.5
-"""Normal stiffness in units of force by depth, of a ball on a half space."""
+"""Power of the depth with which the force of a ball on a half space rises; its stiffness in units of force by depth."""
 
 
-def finger_wrench(deformation: Deformation, finger: Pose, origin_mm: Array) -> Array:
+def finger_wrench(touch: Deformation | FrameTruth, finger: Pose, origin_mm: Array) -> Array:
     """Force [N] and torque [N mm] of a finger on the object about its origin, in the gripper's frame, shape (6,)."""
-    force = -finger.rotation @ deformation.force_n
-    torque = np.cross(finger.position_mm - origin_mm, force) - finger.rotation @ deformation.torque_nmm
+    force = -finger.rotation @ np.asarray(touch.force_n)
+    torque = np.cross(finger.position_mm - origin_mm, force) - finger.rotation @ np.asarray(touch.torque_nmm)
     return np.concatenate([force, torque])
 
 
@@ -71,9 +72,7 @@ class FingerPair:
     def put(self, place: ObjectPlace, width_mm: float) -> None:
         """Brings the faces to a distance and the object to a place.
 
-        Raises:
-            ConfigError: The object would leave a finger's workspace.
-            ConvergenceError: No valid equilibrium was found.
+        `ConfigError` where it would leave a finger's workspace, `ConvergenceError` without a valid equilibrium.
         """
         extents = half_extents_mm(self.target, place)
         for side, finger in zip(SIDES, self.fingers, strict=True):
@@ -165,8 +164,6 @@ BALANCE_N = 0.01
 """Difference of the two normal forces at which a floating object rests [N]."""
 FINEST_MM = 1e-6
 """Interval of places at which the search for balance ends in any case [mm]."""
-FORCE_POWER = 1.5
-"""Power of the depth with which a contact's force rises (Hertz), by which the first step towards balance is guessed."""
 BEYOND = 1.3
 """How far the step after the guess goes, in units of the secant's, so that balance lies before its end."""
 
@@ -204,7 +201,7 @@ def float_between(pair: FingerPair, place: ObjectPlace, width_mm: float) -> Obje
     at_middle = imbalance_n(settled_mm)
     if at_middle != 0:
         both_n = float(pair.upper.deformation.force_n[2] + pair.lower.deformation.force_n[2])
-        guess = settled_mm - at_middle * (touches_lower - touches_upper) / 2 / (FORCE_POWER * both_n)
+        guess = settled_mm - at_middle * (touches_lower - touches_upper) / 2 / (HERTZ * both_n)
         ends = _around(imbalance_n, settled_mm, min(max(guess, low), high), (low, high))
         if imbalance_n(ends[0]) <= 0 <= imbalance_n(ends[1]):
             settled_mm = float(brentq(imbalance_n, *ends, xtol=FINEST_MM))

@@ -7,7 +7,7 @@ import numpy as np
 from magicsim.deform.indentation.path import as_vector
 from magicsim.robot.fingers import SIDES, ObjectPlace, finger_pose
 from magicsim.robot.grip.load import Hold, Load
-from magicsim.robot.grip.pair import Moments
+from magicsim.robot.grip.pair import Moments, finger_wrench
 from magicsim.simulation.episode import FrameTruth, SimulatedFrame, Vector
 
 
@@ -73,15 +73,12 @@ class GripMoment:
 
 def grip_truth(state: GripState, upper: FrameTruth, lower: FrameTruth, *, angle_deg: float) -> GripTruth:
     """Truth of fingers and object from that of each finger."""
-    force, torque = np.zeros(3), np.zeros(3)
     origin = np.array([state.place.x_mm, state.place.y_mm, state.place.z_mm])
+    wrench = np.zeros(6)
     for side, truth in zip(SIDES, (upper, lower), strict=True):
-        pose = finger_pose(side, state.width_mm)
-        acting = -pose.rotation @ np.array(truth.force_n)
-        force += acting
-        torque += np.cross(pose.position_mm - origin, acting) - pose.rotation @ np.array(truth.torque_nmm)
+        wrench += finger_wrench(truth, finger_pose(side, state.width_mm), origin)
     return GripTruth(
-        **{name: getattr(state, name) for name in GripState.__slots__}, force_n=as_vector(force),
-        torque_nmm=as_vector(torque), imbalance_n=upper.force_n[2] - lower.force_n[2], upper=upper, lower=lower,
+        **{name: getattr(state, name) for name in GripState.__slots__}, force_n=as_vector(wrench[:3]),
+        torque_nmm=as_vector(wrench[3:]), imbalance_n=upper.force_n[2] - lower.force_n[2], upper=upper, lower=lower,
         angle_deg=angle_deg,
     )  # fmt: skip

@@ -13,14 +13,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from magicsim.arrays import Array
-from magicsim.camera.stream import CameraMemory
 from magicsim.deform.deformation import Deformation
 from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.geometry.pose import Pose
-from magicsim.robot.darkroom import FULL, Darkroom, Moment
+from magicsim.robot.darkroom import Darkroom, Moment
 from magicsim.robot.mujoco.pair import Touch, check_excluded, find_pair
-from magicsim.robot.mujoco.posed import PosedSensor, PosedState, facing_distance_mm, posed_state
-from magicsim.robot.mujoco.solids import MM, MjData, MjModel, body_object, engine, object_pose_m, pose_in_sensor
+from magicsim.robot.mujoco.posed import AXES, PosedSensor, PosedState, facing_distance_mm, posed_state
+from magicsim.robot.mujoco.solids import MM, MjData, MjModel, body_object, engine, pose_in_sensor
 from magicsim.robot.quality import Quality
 from magicsim.scenes.scene import Keyframe, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing
@@ -108,9 +107,6 @@ class Response:
         return np.asarray((vectors * np.maximum(values, 0)) @ vectors.T)
 
 
-AXES = 3
-
-
 class AttachedSensor:
     """A sensor at a site that touches one body of the model."""
 
@@ -140,7 +136,10 @@ class AttachedSensor:
         settled = quality.applied(bare)
         self.sensor = PosedSensor(settled, thing, x_mm=touch.x_mm, y_mm=touch.y_mm, opposite=opposite)
         self._thing, self._darkroom = thing, Darkroom(self.sensor, settled.output)
-        self._frames_per_second, self._seed, self._first_trust = settled.frames_per_second, seed, trust
+        self._first_trust = trust
+        self._moment = Moment(
+            seed=seed, index=0, time_s=0.0, frames_per_second=settled.frames_per_second, deformation=self.sensor.rest
+        )
         self.reset()
 
     def reset(self) -> None:
@@ -150,15 +149,12 @@ class AttachedSensor:
         self.response: Response | None = None
         """The last solve; None while nothing is near."""
         self.trust, self.solves = self._first_trust, 0
-        self._index = 0
-        self._memory: CameraMemory | None = None
+        self._moment = replace(self._moment, index=0, memory=None)
         self._facing_mm: float | None = None
 
-    def pose(self, model: MjModel, data: MjData) -> Pose:
+    def pose(self, data: MjData) -> Pose:
         """Where the object is in the sensor's frame."""
-        position, rotation = object_pose_m(model, data, self.pair.body, self._frame)
-        site = self.pair.site
-        return pose_in_sensor(position, rotation, data.site_xpos[site], data.site_xmat[site].reshape(AXES, AXES))
+        return pose_in_sensor(data, self.pair.body, self._frame, self.pair.site)
 
     def motion_rows(self, model: MjModel, data: MjData) -> Array:
         """Jacobian of the object's motion against the sensor at the sensor's origin, shape (6, dofs) [mm, rad]."""
@@ -209,20 +205,10 @@ class AttachedSensor:
     def grab(self, time_s: float) -> Moment:
         """The moment of the next frame, as last solved."""
         state = replace(self.state, facing_mm=self._facing_mm)
-        moment = Moment(
-            index=self._index,
-            time_s=time_s,
-            seed=self._seed,
-            state=with_passing(state, self.sensor.rig, time_s=time_s, seed=self._seed),
-            deformation=self.deformation,
-            slid_mm=0.0,
-            led_strength=FULL,
-            frames_per_second=self._frames_per_second,
-            memory=self._memory,
-        )
-        if self.sensor.rig.camera.history:
-            self._memory = self._darkroom.passed(moment)
-        self._index += 1
+        state = with_passing(state, self.sensor.rig, time_s=time_s, seed=self._moment.seed)
+        moment = replace(self._moment, time_s=time_s, state=state, deformation=self.deformation)
+        memory = self._darkroom.passed(moment) if self.sensor.rig.camera.history else None
+        self._moment = replace(moment, index=moment.index + 1, memory=memory)
         return moment
 
     def develop(self, moment: Moment) -> SimulatedFrame:

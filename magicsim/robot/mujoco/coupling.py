@@ -23,7 +23,7 @@ from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.pose import Pose
 from magicsim.robot.darkroom import Moment
-from magicsim.robot.gripper import finger_seed
+from magicsim.robot.grip.pair import finger_seed
 from magicsim.robot.mujoco.attached import AttachedSensor, Trust
 from magicsim.robot.mujoco.pair import Touch
 from magicsim.robot.mujoco.solids import MM, MjData, MjModel, engine
@@ -31,7 +31,6 @@ from magicsim.robot.quality import Quality, find_quality
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.simulation.episode import FrameTruth, SimulatedFrame
 from magicsim.simulation.sensor import Sensor
-from magicsim.simulation.truth import frame_truth
 
 STABLE = 2.0
 """Squared product of time step and frequency of the contact up to which the integration is stable."""
@@ -146,7 +145,7 @@ class Coupling:
         engine().mj_step1(self.model, self.data)
         time_s = float(self.data.time)
         is_due = time_s - self._start_s >= (self._frames / self.frames_per_second) - self.model.opt.timestep / 2
-        poses = {name: sensor.pose(self.model, self.data) for name, sensor in self.sensors.items()}
+        poses = {name: sensor.pose(self.data) for name, sensor in self.sensors.items()}
         solved = [name for name, pose in poses.items() if is_due or self.sensors[name].needs_solve(pose)]
         for name in solved:
             self.sensors[name].solve(poses[name])
@@ -169,13 +168,7 @@ class Coupling:
 
     def truths(self, moments: Mapping[str, Moment]) -> dict[str, FrameTruth]:
         """Ground truth of moments from `step`, without rendering them: forces in each sensor's frame."""
-        return {
-            name: frame_truth(
-                each.state, each.deformation, self.sensors[name].sensor.design.limits, index=each.index,
-                time_s=each.time_s, is_reference=False,
-            )
-            for name, each in moments.items()
-        }  # fmt: skip
+        return {name: each.truth(self.sensors[name].sensor.design.limits) for name, each in moments.items()}
 
     def _facing_pairs(self) -> list[tuple[AttachedSensor, AttachedSensor]]:
         """Each sensor that looks at another one, with that."""

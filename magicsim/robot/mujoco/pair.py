@@ -6,9 +6,8 @@ from itertools import product
 
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.robot.mujoco.solids import MjModel, MjSpec, engine, geoms_of, rigid_part
+from magicsim.robot.workspace import Range
 from magicsim.scenes.scene import SceneConfig
-
-Range = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

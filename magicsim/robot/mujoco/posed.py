@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -95,9 +95,7 @@ class PosedSensor(Sensor):
         """Builds the sensor, fine where the object may touch; `opposite` as for `Sensor`."""
         feature = thing.shape().feature_mm
         zone = Zone(low_mm=(x_mm[0], y_mm[0]), high_mm=(x_mm[1], y_mm[1]), feature_mm=feature)
-        self._declared = Zone(
-            low_mm=zone.low_mm, high_mm=zone.high_mm, feature_mm=feature, is_blunt=feature > BLUNT * zone.radius_mm
-        )
+        self._declared = replace(zone, is_blunt=feature > BLUNT * zone.radius_mm)
         self._thing = thing
         super().__init__(
             scene.design,

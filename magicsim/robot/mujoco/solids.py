@@ -13,16 +13,8 @@ import trimesh
 from magicsim.arrays import Array
 from magicsim.errors import ConfigError
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
-from magicsim.geometry.objects.rigid_object import (
-    EDGE_RADIUS_MM,
-    REACH_FEATURES,
-    REACH_MM,
-    SHELL_MM,
-    SHELL_SHARE,
-    ObjectBase,
-)
+from magicsim.geometry.objects.rigid_object import EDGE_RADIUS_MM, ObjectBase
 from magicsim.geometry.pose import Pose
-from magicsim.geometry.shapes.entry import EntrySide
 from magicsim.geometry.shapes.mesh_solid import MeshShape
 from magicsim.geometry.shapes.revolved import Arc, ConvexProfile, Revolved
 from magicsim.geometry.shapes.solids import RoundedBox, RoundedCylinder, Shape, Sphere
@@ -87,12 +79,10 @@ def body_solid(model: MjModel, body: int, geoms: Sequence[int]) -> tuple[Shape, 
 
     A body of one geom has that geom's exact shape; of several, the mesh of their union.
 
-    `ConfigError` where a geom cannot press, a mesh is not closed, or a size is not allowed.
+    `ConfigError` where a geom cannot press or a mesh is not closed.
     """
     if len(geoms) == 1:
-        shape = geom_shape(model, geoms[0])
-        check_size(model.body(body).name, shape)
-        return shape, geoms[0]
+        return geom_shape(model, geoms[0]), geoms[0]
     parts, frames = [], rigid_part(model, body)
     for geom in geoms:
         mesh = geom_shape(model, geom).mesh()
@@ -101,35 +91,29 @@ def body_solid(model: MjModel, body: int, geoms: Sequence[int]) -> tuple[Shape, 
         triangles = manifold3d.Mesh64(np.ascontiguousarray(vertices), mesh.faces.astype(np.uint64))
         parts.append(manifold3d.Manifold(triangles))
     whole = manifold3d.Manifold.batch_boolean(parts, manifold3d.OpType.Add)
-    shape = MeshShape.of(from_manifold(whole))
-    check_size(model.body(body).name, shape)
-    return shape, None
+    return MeshShape.of(from_manifold(whole)), None
 
 
 def geom_shape(model: MjModel, geom: int) -> Shape:
     """The solid of one geom in its own frame; `ConfigError` where it cannot press."""
     kind = engine().mjtGeom(model.geom_type[geom]).name.removeprefix("mjGEOM_").lower()
     name = geom_name(model, geom)
-    size = MM * model.geom_size[geom]
+    x, y, z = (MM * model.geom_size[geom]).tolist()  # radius and half length where it is round
     match kind:
         case "sphere":
-            return Sphere(float(size[0]))
+            return Sphere(x)
         case "capsule":
-            radius, half = float(size[0]), float(size[1])
             ends = (
-                Arc(radial_mm=0.0, axial_mm=-half, radius_mm=radius, end_deg=0.0),
-                Arc(radial_mm=0.0, axial_mm=half, radius_mm=radius, end_deg=90.0),
+                Arc(radial_mm=0.0, axial_mm=-y, radius_mm=x, end_deg=0.0),
+                Arc(radial_mm=0.0, axial_mm=y, radius_mm=x, end_deg=90.0),
             )
-            return Revolved(ConvexProfile(ends), radius)
+            return Revolved(ConvexProfile(ends), x)
         case "cylinder":
-            radius, half = float(size[0]), float(size[1])
-            return RoundedCylinder(radius, 2 * half, "z", _edge_mm(radius, half))
+            return RoundedCylinder(x, 2 * y, "z", _edge_mm(x, y))
         case "box":
-            x, y, z = (float(2 * each) for each in size)
-            return RoundedBox((x, y, z), _edge_mm(*(float(each) for each in size)))
+            return RoundedBox((2 * x, 2 * y, 2 * z), _edge_mm(x, y, z))
         case "ellipsoid":
-            ball = manifold3d.Manifold.sphere(1.0, BALL_SEGMENTS).scale(tuple(float(each) for each in size))
-            return MeshShape.of(from_manifold(ball))
+            return MeshShape.of(from_manifold(manifold3d.Manifold.sphere(1.0, BALL_SEGMENTS).scale((x, y, z))))
         case "mesh":
             return _mesh_shape(model, geom, name)
     msg = f"geom '{name}' is a {kind}, which cannot press on a sensor: must be {', '.join(KINDS[:-1])} or {KINDS[-1]}"
@@ -185,12 +169,7 @@ class BodyObject(ObjectBase):
     def entered(self, pose: Pose) -> Shape:
         """The solid with contact by the side of entry along the sensor's z axis, in an orientation."""
         solid = self.shape()
-        if isinstance(solid, Sphere):
-            return solid
-        x, y, z = pose.rotation[2].tolist()
-        feature = solid.feature_mm
-        shell, reach = min(SHELL_MM, SHELL_SHARE * feature), min(REACH_MM, REACH_FEATURES * feature)
-        return EntrySide(solid, (x, y, z), shell, reach)
+        return solid if isinstance(solid, Sphere) else self.entered_from_above(solid, pose=pose)
 
 
 def body_object(model: MjModel, body: int) -> tuple[BodyObject, int | None]:
@@ -199,13 +178,14 @@ def body_object(model: MjModel, body: int) -> tuple[BodyObject, int | None]:
     Geoms that take part in MuJoCo's contacts make the solid; where there are none, all of them do. The colour is that
     of the first one, read as sRGB.
 
-    `ConfigError` where it has no geometry, or one that cannot press.
+    `ConfigError` where it has no geometry, or one that cannot press, or of a size that is not allowed.
     """
     geoms = geoms_of(model, rigid_part(model, body))
     if not geoms:
         raise ConfigError(f"body '{model.body(body).name}' has no geometry to touch a sensor with: give it a geom")
     colliding = [geom for geom in geoms if model.geom_contype[geom] or model.geom_conaffinity[geom]]
     solid, frame = body_solid(model, body, colliding or geoms)
+    check_size(model.body(body).name, solid)
     material = int(model.geom_matid[geoms[0]])
     rgba = model.geom_rgba[geoms[0]] if material < 0 else model.mat_rgba[material]
     specular = 0.0 if material < 0 else float(model.mat_reflectance[material])
@@ -213,15 +193,11 @@ def body_object(model: MjModel, body: int) -> tuple[BodyObject, int | None]:
     return BodyObject(solid=solid, color=(red, green, blue), specular=specular), frame
 
 
-def object_pose_m(model: MjModel, data: MjData, body: int, frame: int | None) -> tuple[Array, Array]:
-    """Where the object's frame is in the world: position, shape (3,) [m], and rotation, shape (3, 3)."""
+def pose_in_sensor(data: MjData, body: int, frame: int | None, site: int) -> Pose:
+    """Where an object is as a sensor at a site sees it, by the geom whose frame it is in or, for None, by its body."""
     if frame is None:
-        return np.array(data.xpos[body]), np.array(data.xmat[body]).reshape(3, 3)
-    return np.array(data.geom_xpos[frame]), np.array(data.geom_xmat[frame]).reshape(3, 3)
-
-
-def pose_in_sensor(position_m: Array, rotation: Array, site_position_m: Array, site_rotation: Array) -> Pose:
-    """A frame of the world [m] as a sensor at a site sees it."""
-    return Pose(
-        position_mm=MM * (site_rotation.T @ (position_m - site_position_m)), rotation=site_rotation.T @ rotation
-    )
+        position_m, rotation = data.xpos[body], data.xmat[body].reshape(3, 3)
+    else:
+        position_m, rotation = data.geom_xpos[frame], data.geom_xmat[frame].reshape(3, 3)
+    turn = data.site_xmat[site].reshape(3, 3).T
+    return Pose(position_mm=MM * (turn @ (position_m - data.site_xpos[site])), rotation=turn @ rotation)

@@ -44,11 +44,9 @@ def test_pressing_moves_the_lattice_and_gives_a_force(session: Session):
     sight = session.go(replace(session.now, gap_mm=-0.4))
     assert sight.refusal is None
     assert sight.force_n[2] > 0
-    assert sight.shape.displacement_mm.max() > 0.1
-    assert sight.shape.object_position_mm is not None
-    assert np.allclose(
-        sight.shape.nodes_mm, session.live.sensor.lattice.nodes_mm + session.live.deformation.displacements_mm
-    )
+    assert sight.displacement_mm.max() > 0.1
+    assert sight.object_pose is not None
+    assert np.allclose(sight.nodes_mm, session.live.sensor.lattice.nodes_mm + session.live.deformation.displacements_mm)
 
 
 def test_refused_pose_says_why_and_the_object_stays(session: Session):

@@ -8,7 +8,8 @@ from magicsim.robot.workspace import Workspace
 
 @pytest.fixture
 def wish() -> Wish:
-    return Wish.of(load_preset(ElastomerDesign, "design", "mini-magictac"), exposure_grey=90.0, has_object=True)
+    design = load_preset(ElastomerDesign, "design", "mini-magictac")
+    return Wish(design=design_values(design), exposure_grey=90.0)
 
 
 def test_wish_begins_with_the_design_as_it_is(wish: Wish):

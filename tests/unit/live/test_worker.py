@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim.live.worker import Worker
+from magicsim.live.session import Worker
 
 
 @dataclass
@@ -70,6 +70,14 @@ def test_what_passes_in_the_room_is_shown_again_without_a_wish(session: Slow, un
     until(lambda: "wrong is not allowed" in shown)
     worker.stop()
     assert shown[-1] == "wrong is not allowed"  # a session that failed is not asked again and again
+
+
+def test_stopping_lets_a_worker_go_that_waits_for_a_wish(session: Slow):
+    worker = Worker(session, print, print)  # type: ignore[arg-type]
+    worker.start()
+    before = time.monotonic()
+    worker.stop()
+    assert time.monotonic() - before < 5
 
 
 def test_worker_survives_an_error_and_tells_it(session: Slow, until):

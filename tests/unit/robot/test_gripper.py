@@ -9,7 +9,8 @@ from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.geometry.pose import Pose
 from magicsim.robot.fingers import ObjectPlace
-from magicsim.robot.gripper import BALANCE_N, Gripper
+from magicsim.robot.grip.pair import BALANCE_N
+from magicsim.robot.gripper import Gripper
 from magicsim.robot.live import LiveSensor
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig, load_scene

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from magicsim.errors import ConvergenceError
-from magicsim.robot.grip.held import Limits, Search, find_balance
+from magicsim.robot.grip.held import Search, find_balance
 
-WIDE = Limits(tolerance_n=1e-3, low=np.full(3, -9.0), high=np.full(3, 9.0))
+WIDE = {"tolerance_n": 1e-3, "most_mm": 3.0, "low": np.full(3, -9.0), "high": np.full(3, 9.0)}
 
 
 def spring(load: np.ndarray, matrix: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
@@ -16,15 +16,15 @@ def spring(load: np.ndarray, matrix: np.ndarray) -> Callable[[np.ndarray], np.nd
 def test_linear_body_comes_to_rest_where_its_stiffness_says_though_the_estimate_is_wrong():
     matrix = np.array([[4.0, 1.0, 0.0], [-1.0, 3.0, 0.5], [0.0, 0.5, 2.0]])  # not symmetric, as friction is
     load = np.array([1.0, -0.5, 0.3])
-    found = find_balance(spring(load, matrix), 5 * np.eye(3), WIDE, keep=lambda: None)
+    found = find_balance(spring(load, matrix), 5 * np.eye(3), **WIDE, keep=lambda: None)
     assert found.search is Search.BALANCED
     np.testing.assert_allclose(found.place, np.linalg.solve(matrix, load), atol=2e-3)
     assert found.trials < 15
 
 
 def test_coordinate_without_a_range_is_held():
-    limits = Limits(tolerance_n=1e-3, low=np.array([-9.0, 0.0, -9.0]), high=np.array([9.0, 0.0, 9.0]))
-    found = find_balance(spring(np.ones(3), 2 * np.eye(3)), 2 * np.eye(3), limits, keep=lambda: None)
+    limits = WIDE | {"low": np.array([-9.0, 0.0, -9.0]), "high": np.array([9.0, 0.0, 9.0])}
+    found = find_balance(spring(np.ones(3), 2 * np.eye(3)), 2 * np.eye(3), **limits, keep=lambda: None)
     assert found.search is Search.BALANCED
     assert found.place == pytest.approx([0.5, 0, 0.5])
     assert found.unbalanced[1] == 1
@@ -37,7 +37,7 @@ def test_body_held_by_friction_is_lost_above_its_bound(pull: float, search: Sear
     def unbalanced(place: np.ndarray) -> np.ndarray:
         return np.array([pull - np.clip(5 * place[0], -1, 1), 0, 0])
 
-    found = find_balance(unbalanced, 5 * np.eye(3), WIDE, keep=lambda: kept.append(1))
+    found = find_balance(unbalanced, 5 * np.eye(3), **WIDE, keep=lambda: kept.append(1))
     assert found.search is search
     assert bool(kept) is (search is Search.LOST)
 
@@ -49,12 +49,12 @@ def test_failing_trial_is_tried_again_nearer():
             raise ConvergenceError(msg)
         return np.array([0.25 - place[0], 0, 0])
 
-    found = find_balance(unbalanced, np.diag([0.4, 1, 1]), WIDE, keep=lambda: None)
+    found = find_balance(unbalanced, np.diag([0.4, 1, 1]), **WIDE, keep=lambda: None)
     assert found.place[0] == pytest.approx(0.25, abs=2e-3)
 
 
 def test_restless_body_is_an_error_with_figures():
     random, wide = np.random.default_rng(0), np.full(3, 99.0)
-    limits = Limits(tolerance_n=1e-3, most_mm=99, low=-wide, high=wide)
+    limits = {"tolerance_n": 1e-3, "most_mm": 99, "low": -wide, "high": wide}
     with pytest.raises(ConvergenceError, match=r"does not come to rest: .* N out of balance after 4\d trials"):
-        find_balance(lambda _: random.choice([-1.0, 1.0], 3), 5 * np.eye(3), limits, keep=lambda: None)
+        find_balance(lambda _: random.choice([-1.0, 1.0], 3), 5 * np.eye(3), **limits, keep=lambda: None)

@@ -51,7 +51,7 @@ def test_ball_comes_to_rest_where_the_force_is_its_weight(block: SceneConfig):
     weight = MASS_KG * 9.81
     assert coupling.wrench("sensor")[2] == pytest.approx(weight, rel=0.01)
     sensor = coupling.sensors["sensor"]
-    sensor.solve(sensor.pose(coupling.model, coupling.data))
+    sensor.solve(sensor.pose(coupling.data))
     assert sensor.deformation.force_n[2] == pytest.approx(weight, rel=0.03)
     assert abs(coupling.data.qvel[2]) < 1e-3
     assert sensor.solves < 40
