@@ -60,8 +60,7 @@ def _cell(value: object) -> str:
 def read_words(kind: type[Any], tokens: Sequence[Token]) -> Any:  # noqa: ANN401 - whatever the option takes
     """Reads words as cyclopts does, but for fractions where a whole number is taken, which it would round.
 
-    Raises:
-        ValueError: With what is wrong, in one line; cyclopts reports it.
+    `ValueError` with what is wrong, in one line, which cyclopts reports.
     """
     for token in tokens if kind is int else ():
         if "." in token.value and not _is_whole(token.value):
@@ -137,8 +136,9 @@ def print_object(values: dict[str, Any], *, on_one_line: bool) -> None:
     sys.stdout.write(json.dumps(values, allow_nan=False, indent=None if on_one_line else 2) + "\n")
 
 
-def print_result(values: dict[str, Any], *, as_json: bool) -> None:
-    """Writes a result as one JSON object, or as lines for people."""
+def print_result(result: object, *, as_json: bool) -> None:
+    """Writes a result, a dictionary or a data class, as one JSON object, or as lines for people."""
+    values = result if isinstance(result, dict) else fields_of(result)
     if as_json:
         print_object(values, on_one_line=True)
         return

@@ -1,6 +1,6 @@
-"""Commands that compute many things on many processes: datasets and design sweeps.
+"""Commands that compute many things on many processes: datasets, design sweeps, models of the fast tier.
 
-`dataset RECIPE`, `dataset import` of recorded frames, `dataset verify`, `dataset export`; `sweep`.
+`dataset RECIPE`, `dataset import` of recorded frames, `dataset verify`, `dataset export`; `sweep`; `distil`.
 """
 
 import sys
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, Parameter
 
-from magicsim.cli.app import Json, Out, Seed, Settings, Tier, app, fields_of, print_result, refuse_settings, with_tier
+from magicsim.cli.app import Json, Out, Seed, Settings, Tier, app, print_result, refuse_settings, with_tier
 from magicsim.errors import ConfigError, OutputError
 
 if TYPE_CHECKING:
@@ -25,14 +25,15 @@ app.command(dataset_app)
 MOST_FRAMES = 1000
 """On one contact sheet."""
 Folder = Annotated[Path, Parameter(help="Folder of a dataset.")]
+Workers = Annotated[int | None, Parameter(help="Processes; one for each core by default.")]
+Cluster = Annotated[str | None, Parameter(help="Address of a dask.distributed scheduler.")]
 
 
 @dataset_app.default
 def dataset(
     recipe: Annotated[str | None, Parameter(help="Preset or file; with --resume the folder's own by default.")] = None,
     *, out: Out,
-    workers: Annotated[int | None, Parameter(help="Processes; one for each core by default.")] = None,
-    cluster: Annotated[str | None, Parameter(help="Address of a dask.distributed scheduler.")] = None,
+    workers: Workers = None, cluster: Cluster = None,
     resume: Annotated[bool, Parameter(negative="", help="Go on with the folder's dataset, or let it grow.")] = False,
     preview: Annotated[
         int | None, Parameter(help="Instead of a dataset, a contact sheet of so many coarse frames, and statistics.")
@@ -69,7 +70,7 @@ def dataset(
     if index is not None and index.failed:
         first = index.failed[0]
         sys.stderr.write(f"{summary.failed} episodes have no rows; episode {first.episode}: {first.message}\n")
-    print_result(fields_of(summary), as_json=json)
+    print_result(summary, as_json=json)
 
 
 @dataset_app.command
@@ -79,7 +80,7 @@ def verify(folder: Folder, *, settings: Settings = None, seed: Seed = None, json
 
     refuse_settings(settings, "dataset verify")
     found = verify_dataset(folder)
-    print_result(fields_of(found), as_json=json)
+    print_result(found, as_json=json)
     if found.problems:
         sys.exit(1)
 
@@ -93,7 +94,7 @@ def export(
     from magicsim.dataset.export.formats import export_dataset
 
     refuse_settings(settings, "dataset export")
-    print_result(fields_of(export_dataset(folder, out, format)), as_json=json)
+    print_result(export_dataset(folder, out, format), as_json=json)
 
 
 @dataset_app.command(name="import")
@@ -117,11 +118,11 @@ def import_frames(
     source = load_real(description, settings or [])
     with quiet_opencv():
         if out is None:
-            print_result(fields_of(inspect_real(source)), as_json=json)
+            print_result(inspect_real(source), as_json=json)
             return
         with show_progress(f"{description}: frames"):
             summary = write_real(source, out, resume=resume)
-    print_result(fields_of(summary), as_json=json)
+    print_result(summary, as_json=json)
 
 
 def _preview(recipe: "Recipe", out: Path, count: int, options: "WorkerOptions", *, as_json: bool) -> None:
@@ -130,13 +131,11 @@ def _preview(recipe: "Recipe", out: Path, count: int, options: "WorkerOptions", 
     if out.is_file():
         raise OutputError(f"output folder '{out}' is a file; name a new folder")
     from magicsim.dataset.preview import preview_recipe
+    from magicsim.folder.target import output_errors
 
-    try:
+    with output_errors(out):
         out.mkdir(parents=True, exist_ok=True)  # what cannot be written is told before anything is rendered
-    except OSError as error:
-        raise OutputError(f"cannot write {out}: {error.strerror or error}") from None
-
-    print_result(fields_of(preview_recipe(recipe, out, count, options)), as_json=as_json)
+    print_result(preview_recipe(recipe, out, count, options), as_json=as_json)
 
 
 def _announce(out: Path, workers: int) -> "Callable[[Cost], None]":
@@ -187,8 +186,7 @@ def _told(progress: Callable[..., None]) -> "Callable[[Standing], None]":
 @app.command
 def sweep(
     sweep: str, *, out: Out,
-    workers: Annotated[int | None, Parameter(help="Processes; one for each core by default.")] = None,
-    cluster: Annotated[str | None, Parameter(help="Address of a dask.distributed scheduler.")] = None,
+    workers: Workers = None, cluster: Cluster = None,
     resume: Annotated[bool, Parameter(negative="", help="Go on with the folder's sweep.")] = False,
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip
@@ -208,9 +206,47 @@ def sweep(
     from magicsim.sweep.designs import count_designs
 
     with show_progress(f"{sweep}: {count_designs(config)} designs") as progress:
-        summary = run_sweep(config, out, options=options, resume=resume, progress=_designs_told(progress))
-    print_result(fields_of(summary), as_json=json)
+        summary = run_sweep(
+            config, out, options=options, resume=resume,
+            progress=lambda done, total, failed: progress(done, total, f"{failed} failed" if failed else ""),
+        )  # fmt: skip
+    print_result(summary, as_json=json)
 
 
-def _designs_told(progress: Callable[..., None]) -> Callable[[int, int, int], None]:
-    return lambda done, total, failed: progress(done, total, f"{failed} failed" if failed else "")
+@app.command
+def distil(
+    design: str, *, out: Out,
+    work: Annotated[
+        Path | None, Parameter(help="Folder of examples and checkpoints; beside the model by default.")
+    ] = None,
+    recipe: Annotated[str, Parameter(help="Recipe of the touches.")] = "distil",
+    steps: Annotated[int, Parameter(help="Steps of the training.")] = 12_000,
+    workers: Workers = None, cluster: Cluster = None,
+    resume: Annotated[bool, Parameter(negative="", help="Go on with the folder's examples, or let them grow.")] = False,
+    settings: Settings = None, seed: Seed = None, json: Json = False,
+) -> None:  # fmt: skip
+    """Make a model of a design's touches for the fast tier (render.tier = "fast"), and measure how far off it is.
+
+    Renders touches of a recipe truly, trains a network on them, and judges it by touches that it never saw. A run that
+    was stopped or killed goes on with --resume.
+    """
+    from magicsim.cli.progress import show_progress
+    from magicsim.config.named_files import MODEL_SUFFIX
+    from magicsim.config.ranges import check_number
+    from magicsim.dataset.recipes.recipe import load_recipe
+    from magicsim.distil.distillation import distil as make
+    from magicsim.distil.training import Training
+    from magicsim.workers.attempt import choose_workers
+
+    check_number("steps", steps, 1, 10_000_000, whole=True)
+    if out.suffix.lower() != MODEL_SUFFIX:
+        raise ConfigError(f"out = '{out}' is not allowed: a model ends with {MODEL_SUFFIX}")
+    config = load_recipe(recipe, [f"design={design}", *(settings or [])], seed=seed)
+    options = choose_workers(workers, cluster=cluster, timeout_s=config.timeout_s)
+    with show_progress(f"{design}: {config.episodes} episodes of touches") as progress:
+        summary = make(
+            config, out, work or out.with_name(f"{out.stem}.examples"), options=options,
+            training=Training(steps=steps), resume=resume,
+            progress=lambda what, done, total, note: progress(done, total, f"{what} {note}".strip()),
+        )  # fmt: skip
+    print_result(summary, as_json=json)

@@ -16,6 +16,7 @@ from magicsim.light.variant import (
     offered_variants,
     probe_llvm,
 )
+from magicsim.workers.attempt import usable_cores
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,10 +54,7 @@ OPTIONAL = (
     ("cluster", "distributed", "no --cluster; processes on this machine remain", "cluster"),
 )
 """Name, module, cost of its absence, and the extra that brings it or for which machines there is one."""
-EXTRAS = frozenset(
-    {"video", "robot", "mujoco", "live", "search", "torch", "distil", "hf", "hdf5", "zarr", "webdataset", "mcap"}
-    | {"cluster"}
-)
+EXTRAS = frozenset(source for *_, source in OPTIONAL if " " not in source)
 
 
 def optional_parts() -> list[Part]:
@@ -104,8 +102,7 @@ class Examination:
 def examine(*, clear_cache: bool = False) -> Examination:
     """Looks for LLVM by running it in a subprocess, and for the fast sparse solver.
 
-    Args:
-        clear_cache: Whether to remove what is kept: untouched sensors, takes below this folder, copies of frames.
+    `clear_cache` removes what is kept: untouched sensors, takes below this folder, copies of frames.
     """
     problems, store, frames = [], default_store(), frames_folder()
     takes = kept_takes(TAKES)
@@ -127,7 +124,7 @@ def examine(*, clear_cache: bool = False) -> Examination:
         can_ask_for=offered_variants(),
         llvm=library.name if reason is None and library is not None else None,
         solver="PARDISO" if fast else "SuperLU",
-        cores=len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1,
+        cores=usable_cores(),
         platform=f"{platform.system()} {platform.machine()}, Python {platform.python_version()}",
         cache=str(store.folder) if store is not None else None,
         cache_bytes=store.size_bytes() if store is not None else 0,

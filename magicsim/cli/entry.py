@@ -11,7 +11,7 @@ import sys
 from cyclopts import CycloptsError
 from cyclopts.exceptions import UnknownCommandError
 
-from magicsim.cli import dataset, distil, evaluate, fit, info, press, simulate  # noqa: F401
+from magicsim.cli import dataset, evaluate, fit, info, press, simulate  # noqa: F401
 from magicsim.cli.app import app
 from magicsim.cli.surroundings import check_threads, end_output, prepare
 from magicsim.config.presets import COMMANDS, EXPERIMENTS, extensions, missing_experiments

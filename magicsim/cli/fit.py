@@ -48,7 +48,7 @@ def optics(
             config, observations, out, free=free or DEFAULT_FREE, blocks=_blocks(blocks), starts=starts,
             evaluations=evaluations, seed=config.seed,
         )  # fmt: skip
-    print_result(fields_of(result), as_json=json)
+    print_result(result, as_json=json)
 
 
 @fit_app.command

@@ -21,7 +21,7 @@ def doctor(
     """Say what this machine can do, how to get the rest, and what is kept on disk."""
     from magicsim.cli.doctor import examine
 
-    print_result(fields_of(examine(clear_cache=clear_cache)), as_json=json)
+    print_result(examine(clear_cache=clear_cache), as_json=json)
 
 
 @info_app.command
@@ -46,7 +46,7 @@ def list_presets(
     kinds = [kind] if kind is not None else list(plurals())
     found = {each: entries(each) for each in kinds}
     if json:
-        print_object({each: [fields_of(entry) for entry in found[each]] for each in kinds}, on_one_line=True)
+        print_result({each: [fields_of(entry) for entry in found[each]] for each in kinds}, as_json=True)
         return
     width = max((len(entry.name) for each in kinds for entry in found[each]), default=0)
     for each in kinds:
@@ -66,11 +66,11 @@ def completion(
             place = str(app.install_completion(shell=shell))
         except RuntimeError:
             raise ConfigError("install is not allowed: there is no home folder; set HOME") from None
-        sys.stdout.write(f"{place}\n") if not json else print_object({"shell": shell, "file": place}, on_one_line=True)
+        sys.stdout.write(f"{place}\n") if not json else print_result({"shell": shell, "file": place}, as_json=True)
         return
     script = app.generate_completion(shell=shell)
     if json:
-        print_object({"shell": shell, "script": script}, on_one_line=True)
+        print_result({"shell": shell, "script": script}, as_json=True)
     else:
         sys.stdout.write(script)
 
@@ -84,7 +84,7 @@ def camera(
     from magicsim.scenes.scene import load_scene
 
     config = load_scene(scene, settings or [], seed=seed)
-    print_result(fields_of(calibrate_camera(config.design, config.rig)), as_json=json)
+    print_result(calibrate_camera(config.design, config.rig), as_json=json)
 
 
 @app.command(show=False)

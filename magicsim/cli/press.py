@@ -1,17 +1,12 @@
 """Commands of one design: `press` and `press durometer`, which solve contacts, and `export`."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from cyclopts import App, Parameter
 
-from magicsim.cli.app import Json, Out, Seed, Settings, app, fields_of, print_result
+from magicsim.cli.app import Json, Out, Seed, Settings, app, print_result
 from magicsim.errors import ConfigError
-
-if TYPE_CHECKING:
-    from magicsim.geometry.design import ElastomerDesign
-    from magicsim.geometry.objects.rigid_object import ObjectBase
-
 
 press_app = App(name="press")
 app.command(press_app)
@@ -47,13 +42,13 @@ def press(
     if curve is not None or limits:
         others = {"shear_mm": shear != (0.0, 0.0), "twist_deg": twist_deg != 0, "hold_s": hold_s != 0}
         others |= {"speed_mm_s": speed_mm_s is not None, "curve": limits and curve is not None, "release": release}
+        why = "limits: they are of" if limits else "curve: a curve is"
         for name, is_given in others.items():
-            if is_given and limits:
-                raise ConfigError(f"{name} is not allowed with limits: they are of a straight press without time")
             if is_given:
-                raise ConfigError(f"{name} is not allowed with curve: a curve is a straight press without time")
+                raise ConfigError(f"{name} is not allowed with {why} a straight press without time")
+    from magicsim.cli.progress import show_progress
+
     if limits:
-        from magicsim.cli.progress import show_progress
         from magicsim.deform.indentation.bearing import press_limits
 
         with show_progress(f"{design}: limits") as progress:
@@ -65,11 +60,25 @@ def press(
     if depth_mm is None:
         raise ConfigError("--depth-mm is missing: only with --limits it may be left out")
     if curve is not None:
+        from magicsim.config.ranges import check_number
+        from magicsim.deform.indentation.press import MAX_POINTS, check_depth, press_curve
+        from magicsim.report.drawing import check_curve_file, write_curve
+
+        check_curve_file(curve)
+        check_number("points", points, 2, MAX_POINTS, whole=True)
+        check_depth(depth_mm, block)
+        if depth_mm == 0:
+            raise ConfigError("depth_mm = 0 is not allowed with curve: must be above 0")
+        depths = [depth_mm * number / (points - 1) for number in range(points)]
         title = f"{object} pressed into {design}" + (f", friction {friction:g}" if friction else "")
-        values = _curve(block, thing, depth_mm, points, friction, infill_yield_mpa, max_iterations, curve, title)
-        print_result(values, as_json=json)
+        with show_progress(title) as progress:
+            solved = press_curve(
+                block, thing, depths, friction=friction, infill_yield_mpa=infill_yield_mpa,
+                max_iterations=max_iterations, progress=progress,
+            )  # fmt: skip
+        write_curve(solved, curve, title=title)
+        print_result(solved.result.as_dict() | {"curve": str(curve)}, as_json=json)
         return
-    from magicsim.cli.progress import show_progress
     from magicsim.deform.indentation.press import press as solve
 
     with show_progress(f"{design}: press") as progress:
@@ -106,41 +115,9 @@ def durometer(
     print_result(figures_last(result), as_json=json)
 
 
-def _curve(
-    block: "ElastomerDesign",
-    thing: "ObjectBase",
-    depth_mm: float,
-    points: int,
-    friction: float,
-    infill_yield_mpa: float | None,
-    max_iterations: int,
-    target: Path,
-    title: str,
-) -> dict[str, Any]:
-    from magicsim.cli.progress import show_progress
-    from magicsim.config.ranges import check_number
-    from magicsim.deform.indentation.press import MAX_POINTS, check_depth, press_curve
-    from magicsim.report.drawing import check_curve_file, write_curve
-
-    check_curve_file(target)
-    check_number("points", points, 2, MAX_POINTS, whole=True)
-    check_depth(depth_mm, block)
-    if depth_mm == 0:
-        raise ConfigError("depth_mm = 0 is not allowed with curve: must be above 0")
-    depths = [depth_mm * number / (points - 1) for number in range(points)]
-    with show_progress(title) as progress:
-        found = press_curve(
-            block, thing, depths, friction=friction, infill_yield_mpa=infill_yield_mpa, max_iterations=max_iterations,
-            progress=progress,
-        )  # fmt: skip
-    write_curve(found, target, title=title)
-    return found.result.as_dict() | {"curve": str(target)}
-
-
 def _pair(name: str, text: str) -> tuple[float, float]:
-    parts = text.split(",")
     try:
-        x, y = (float(part) for part in parts)
+        x, y = map(float, text.split(","))
     except ValueError:
         raise ConfigError(f"{name} = '{text}' is not allowed: must be two numbers X,Y") from None
     return x, y
@@ -157,7 +134,5 @@ def export(design: str, *, out: Out, settings: Settings = None, seed: Seed = Non
     from magicsim.geometry.design import ElastomerDesign
     from magicsim.geometry.files.export import export_design
 
-    print_result(
-        fields_of(export_design(load_preset(ElastomerDesign, "design", design, settings or []), out)),
-        as_json=json,
-    )
+    block = load_preset(ElastomerDesign, "design", design, settings or [])
+    print_result(export_design(block, out), as_json=json)

@@ -4,6 +4,7 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+from magicsim.config.models import NAMED
 from magicsim.config.presets import EXPERIMENTS, SCHEMAS, extensions, missing_experiments
 from magicsim.dataset.real.description import Description
 from magicsim.dataset.recipes.recipe import Recipe
@@ -37,13 +38,8 @@ def schema_of(kind: str) -> dict[str, Any]:
         "real": Description,
     }
     schema = TypeAdapter(models[kind]).json_schema()
-    named = {
-        "scene": ("design", "rig", "object"),
-        "suite": ("design", "rig"),
-        "recipe": ("design", "rig"),
-        "sweep": ("design", "rig", "object"),
-    }
-    if kind in named:
-        for name in named[kind]:
-            schema["properties"][name] = {"anyOf": [{"type": "string"}, schema["properties"][name]]}
+    fields = schema.get("properties", {})
+    for name in NAMED:
+        if name in fields:  # a file may name a preset instead
+            fields[name] = {"anyOf": [{"type": "string"}, fields[name]]}
     return schema

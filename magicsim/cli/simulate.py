@@ -1,24 +1,13 @@
 """Commands of one scene: `simulate`, `simulate plan`, which says what that needs, `render` and `live`."""
 
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import App, Parameter
 
-from magicsim.cli.app import (
-    Json,
-    Seed,
-    Settings,
-    Threads,
-    Tier,
-    app,
-    fields_of,
-    limit_threads,
-    print_object,
-    print_result,
-    with_tier,
-)
+from magicsim.cli.app import Json, Seed, Settings, Threads, Tier, app, limit_threads, print_result, with_tier
 from magicsim.errors import ConfigError
 
 simulate_app = App(name="simulate")
@@ -36,22 +25,16 @@ def simulate(
 
     `demo` is the main job on defaults: approach, touch, press, shear, release, flashlight.
     """
-    settings = [*with_tier(settings, tier), *(["output.mcap=true"] if mcap else [])]
-    _run(scene, out or Path(f"magicsim-{Path(scene).stem}"), settings, seed, threads, as_json=json)
-
-
-def _run(
-    name: str, out: Path, settings: list[str] | None, seed: int | None, threads: int | None, *, as_json: bool
-) -> None:
     from magicsim.cli.foresight import check_memory, long_work
     from magicsim.cli.progress import show_progress
     from magicsim.folder import MARKER, check_target
     from magicsim.scenes.scene import load_scene
 
-    scene = load_scene(name, settings or [], seed=seed)
+    out = out or Path(f"magicsim-{Path(scene).stem}")
+    config = load_scene(scene, [*with_tier(settings, tier), *(["output.mcap=true"] if mcap else [])], seed=seed)
     check_target(out)
-    check_memory(scene)
-    if scene.output.mcap:
+    check_memory(config)
+    if config.output.mcap:
         from magicsim.report.episode_report import load_mcap
 
         load_mcap()  # what is missing is told before anything is rendered
@@ -59,14 +42,14 @@ def _run(
         sys.stderr.write(
             f"'{out}' holds an earlier result: it stays until the new one is whole, and is then replaced\n"
         )
-    if (line := long_work(scene)) is not None:
+    if (line := long_work(config)) is not None:
         sys.stderr.write(f"{line}\n")
     limit_threads(threads)
     from magicsim.simulation.main_job import run_scene
 
-    with show_progress(f"{name}: {scene.references + scene.frame_count} frames") as progress:
-        summary = run_scene(scene, out, progress=progress)
-    print_result(fields_of(summary), as_json=as_json)
+    with show_progress(f"{scene}: {config.references + config.frame_count} frames") as progress:
+        summary = run_scene(config, out, progress=progress)
+    print_result(summary, as_json=json)
 
 
 @simulate_app.command
@@ -86,8 +69,8 @@ def plan(scene: str, *, settings: Settings = None, seed: Seed = None, json: Json
     planned = plan_scene(loaded)
     print_result(
         {
-            "kept": [fields_of(decision) for decision in planned.kept],
-            "left_out": [fields_of(decision) for decision in planned.left_out],
+            "kept": [asdict(decision) for decision in planned.kept],
+            "left_out": [asdict(decision) for decision in planned.left_out],
             "warnings": field_warnings(loaded),
         },
         as_json=json,
@@ -133,7 +116,7 @@ def render(
         config = with_care(config, samples=samples is None, particles=particles is None)
     with show_progress(f"{scene}: frame {frame}"):
         still = render_still(config, frame, out, basis=basis, relative_error=relative_error)
-    print_result(fields_of(still), as_json=json)
+    print_result(still, as_json=json)
 
 
 @app.command
@@ -159,11 +142,10 @@ def live(
 
     with LiveWindow(scene, folder=out, port=port, quality=quality, told=told) as window:
         if json:
-            print_object({"address": window.address}, on_one_line=True)
-            sys.stdout.flush()
+            print_result({"address": window.address}, as_json=True)
         else:
             sys.stdout.write(f"{window.address} (Ctrl-C ends it; recordings go to {out})\n")
-            sys.stdout.flush()
+        sys.stdout.flush()
         if browser:
             import webbrowser
 

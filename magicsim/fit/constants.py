@@ -97,36 +97,32 @@ def with_values(scene: SceneConfig, values: Mapping[str, object]) -> SceneConfig
     """A scene with other values; `ConfigError` where a field is missing or does not allow its value."""
     data = scene.model_dump(mode="json")
     for path, value in values.items():
-        _put(data, path.split("."), value, path)
+        for holder, key in _places(data, path):
+            holder[key] = value
     return validate(SceneConfig, data, source="fitted scene")
 
 
 def value_of(scene: SceneConfig, path: str) -> float:
     """The number that a scene has at a dotted field, of a list's entries the first; `ConfigError` without one."""
-    found: Any = scene.model_dump(mode="json")
+    places = _places(scene.model_dump(mode="json"), path)
+    if not places:
+        raise ConfigError(f"the scene has no {path}")
+    holder, key = places[0]
+    return float(holder[key])
+
+
+def _places(data: Any, path: str) -> list[tuple[Any, Any]]:  # noqa: ANN401 - nested plain data
+    """What holds a dotted field, and the field's key there; several with `EVERY`. `ConfigError` without one."""
+    places: list[tuple[Any, Any]] = [([data], 0)]
     for part in path.split("."):
-        if part == EVERY and isinstance(found, list) and found:
-            found = found[0]
-        elif isinstance(found, dict) and part in found:
-            found = found[part]
+        held = [holder[key] for holder, key in places]
+        if part == EVERY and all(isinstance(each, list) for each in held):
+            places = [(each, number) for each in held for number in range(len(each))]
+        elif all(isinstance(each, dict) and part in each for each in held):
+            places = [(each, part) for each in held]
         else:
             raise ConfigError(f"the scene has no {path}")
-    return float(found)
-
-
-def _put(data: Any, parts: list[str], value: object, path: str) -> None:  # noqa: ANN401 - nested plain data
-    for place, part in enumerate(parts[:-1]):
-        if part == EVERY:
-            for each in data:
-                _put(each, parts[place + 1 :], value, path)
-            return
-        data = data.get(part) if isinstance(data, dict) else None
-    if isinstance(data, list) and parts[-1] == EVERY:
-        data[:] = [value] * len(data)
-        return
-    if not isinstance(data, dict):
-        raise ConfigError(f"the scene has no {path}")
-    data[parts[-1]] = value
+    return places
 
 
 DARKEST_GREY, BRIGHTEST_GREY = 1.0, 254.0
@@ -141,12 +137,12 @@ def fitted_scene(
     Strengths are scaled so that the strips keep the rig's mean radiance: exposure and strength are known as a product
     alone. White balance is off, since the strengths now hold each colour's own level.
     """
-    strips = [strength for (name, _), strength in strengths.of.items() if name not in {FLASHLIGHT, ENVIRONMENT}]
+    strips = [strength for (name, _), strength in strengths.items() if name not in {FLASHLIGHT, ENVIRONMENT}]
     scale = len(strips) / sum(strips) if sum(strips) > 0 else 1.0
 
     def scaled(name: str, radiance: tuple[float, float, float]) -> list[float]:
         return [
-            radiance[channel] * strengths.of.get((name, channel), 1 / scale) * scale for channel in range(len(radiance))
+            radiance[channel] * strengths.get((name, channel), 1 / scale) * scale for channel in range(len(radiance))
         ]
 
     rig, gamma = scene.rig, float(with_values(scene, values).rig.camera.gamma)

@@ -311,7 +311,7 @@ def _comment(fits: Sequence[FittedConstant], solution: Solution, observations: S
 
 def _by_light(strengths: Strengths) -> dict[str, list[float]]:
     lights: dict[str, list[float]] = {}
-    for (name, channel), value in strengths.of.items():
+    for (name, channel), value in strengths.items():
         lights.setdefault(name, [0.0, 0.0, 0.0])[channel] = value
     return lights
 

@@ -12,7 +12,7 @@ from magicsim.deform.deformation import Deformation
 from magicsim.errors import ConfigError
 from magicsim.fit.constants import with_values
 from magicsim.fit.observation import Observation
-from magicsim.fit.strengths import Basis, Strengths, block_contrast, block_means, fit_strengths
+from magicsim.fit.strengths import Basis, Strengths, block_contrast, block_means, fit_strengths, lit_signal
 from magicsim.folder import PRODUCER, result_file
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
@@ -98,7 +98,7 @@ def compare(
     strengths = fit_strengths(both, signals, matrix, blocks=blocks, gamma=camera.gamma)
 
     def grey(basis: Basis) -> Array:
-        return np.asarray(255 * np.clip(strengths.signal(basis, matrix), 0, 1) ** (1 / camera.gamma))
+        return np.asarray(255 * np.clip(lit_signal(strengths, basis, matrix), 0, 1) ** (1 / camera.gamma))
 
     images = [(grey(one), grey(other)) for one, other in bases]
     means, contrasts = [], []

@@ -67,12 +67,12 @@ def read_observation(source: str | Path, camera: Camera, *, frame: int | None = 
     """Frames of a file, folder, video or dataset; `ConfigError` where there are none, or of a camera."""
     folder, separator, episode = str(source).rpartition(":")
     if separator and (Path(folder) / MANIFEST).is_file():
-        return observe(_episode_images(Path(folder), episode), camera, frame=frame, source=str(source))
+        return observe(_images(Path(folder), episode), camera, frame=frame, source=str(source))
     if (Path(source) / MANIFEST).is_file():
         if frame is not None:
             msg = f"frame {frame}: '{source}' is a dataset; name an episode that shows one state, as in {source}:0"
             raise ConfigError(msg)
-        return observe(_reference_images(Path(source)), camera, source=str(source))
+        return observe(_images(Path(source), None), camera, source=str(source))
     if source_kind(source) == "camera":
         raise ConfigError(f"source '{source}' is a camera; give recorded images, so that the fit can be repeated")
     with closing(read_source(source)) as reading:
@@ -80,18 +80,15 @@ def read_observation(source: str | Path, camera: Camera, *, frame: int | None = 
     return observe(images, camera, frame=frame, source=str(source))
 
 
-def _reference_images(folder: Path) -> list[Frame]:
-    frames = open_frames(folder, ("image", "is_reference"))
-    found = frames.where(frames.column("is_reference"))
-    if not len(found):
-        raise ConfigError(f"dataset '{folder}' has no reference frames: name frames of the untouched sensor")
-    return [found[number]["image"] for number in range(min(len(found), MOST_FRAMES))]
-
-
-def _episode_images(folder: Path, episode: str) -> list[Frame]:
+def _images(folder: Path, episode: str | None) -> list[Frame]:
+    """Scored frames of a dataset's episode; for None the reference frames of all."""
     frames = open_frames(folder, ("image", "is_reference", "episode"))
-    numbers = frames.column("episode")
-    if not episode.isdecimal() or int(episode) not in numbers:
-        raise ConfigError(unknown_choice(f"episode of '{folder}'", episode, map(str, np.unique(numbers).tolist())))
-    found = frames.where((numbers == int(episode)) & ~frames.column("is_reference"))
+    numbers, chosen = frames.column("episode"), frames.column("is_reference")
+    if episode is not None:
+        if not episode.isdecimal() or int(episode) not in numbers:
+            raise ConfigError(unknown_choice(f"episode of '{folder}'", episode, map(str, np.unique(numbers).tolist())))
+        chosen = (numbers == int(episode)) & ~chosen
+    elif not chosen.any():
+        raise ConfigError(f"dataset '{folder}' has no reference frames: name frames of the untouched sensor")
+    found = frames.where(chosen)
     return [found[number]["image"] for number in range(min(len(found), MOST_FRAMES))]

@@ -9,7 +9,6 @@ strength are one number here: only their product reaches the image.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -57,20 +56,17 @@ DARKEST = 0.5 / 255
 """Signals below half a grey level count as that, where the tone curve has no slope."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Strengths:
-    """What each light's channel is multiplied with to give the camera's signal, 1 at grey level 255."""
+Strengths = Mapping[Key, float]
+"""What each light's channel is multiplied with to give the camera's signal, 1 at grey level 255."""
 
-    of: dict[Key, float]
 
-    def signal(self, basis: Basis, matrix: Array) -> Array:
-        """The camera's linear signal, shape (rows, columns, 3); the colour matrix has shape (3, 3)."""
-        shape = next(iter(basis.values())).shape
-        light = np.zeros(shape)
-        for (name, channel), strength in self.of.items():
-            if name in basis:
-                light[..., channel] += strength * basis[name][..., channel]
-        return np.asarray(light @ matrix.T)
+def lit_signal(strengths: Strengths, basis: Basis, matrix: Array) -> Array:
+    """The camera's linear signal, shape (rows, columns, 3); the colour matrix has shape (3, 3)."""
+    light = np.zeros(next(iter(basis.values())).shape)
+    for (name, channel), strength in strengths.items():
+        if name in basis:
+            light[..., channel] += strength * basis[name][..., channel]
+    return np.asarray(light @ matrix.T)
 
 
 def lit_channels(bases: Sequence[Basis]) -> list[Key]:
@@ -101,7 +97,7 @@ def fit_strengths(
         columns.append(np.stack([_column(basis, key, matrix, blocks) for key in keys], axis=1))
     weight = np.concatenate(slopes)
     solved, _ = nnls(np.concatenate(columns) * weight[:, None], np.concatenate(wanted) * weight)
-    return Strengths(of=dict(zip(keys, solved.tolist(), strict=True)))
+    return dict(zip(keys, solved.tolist(), strict=True))
 
 
 def _column(basis: Basis, key: Key, matrix: Array, blocks: tuple[int, int]) -> Array:

@@ -31,16 +31,9 @@ CLASS_COLORS = {
 }
 """Shade behind the frames of each class; frames that are not scored have none."""
 ORANGE = "#e69f00"
-INK = "#010203"
-"""Stands for the page's colour of text until `THEME` replaces it."""
-FAINT = "#010204"
-"""Stands for the page's colour of thin lines until `THEME` replaces it."""
-LINE = "#010205"
-"""Stands for the page's colour of measured curves until `THEME` replaces it."""
-BLUE = "#010206"
-"""Stands for the page's blue until `THEME` replaces it."""
-WRONG = "#010207"
-"""Stands for the page's colour of wrong verdicts until `THEME` replaces it."""
+INK, FAINT, LINE, BLUE, WRONG = "#010203", "#010204", "#010205", "#010206", "#010207"
+"""Stand for the page's colours of text, thin lines, measured curves, its blue and wrong verdicts until `THEME`
+replaces them."""
 THEME = {
     INK: "var(--ink, #1f2933)",
     FAINT: "var(--faint, #d5dae1)",
@@ -147,8 +140,6 @@ def write_curve(curve: PressCurve, target: Path, *, title: str) -> None:
 
 
 def _draw(curve: PressCurve, target: Path, title: str) -> None:
-    from matplotlib.figure import Figure
-
     figure = Figure(figsize=(8.0, 3.4), layout="constrained")
     force, area = figure.subplots(1, 2)
     force.plot(curve.depths_mm, curve.forces_n[:, 2], "o-", color="#0072b2", markersize=3, linewidth=1.2)

@@ -6,13 +6,13 @@ Animated preview of a stream: frames beside their changes, above a strip that sa
 import importlib
 import io
 import logging
-import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from PIL import Image, ImageDraw, ImageFont
 
@@ -22,11 +22,10 @@ from magicsim.dataset.rows import frame_rows
 from magicsim.detectors.verdict import Verdict
 from magicsim.errors import ConfigError, FrameError, OutputError
 from magicsim.folder import result_file
-from magicsim.judge.score import contact_right, proximity_right
 from magicsim.judge.verdicts import COATED, PROFILES, TABLE, Judgement, judge, write_table
 from magicsim.report.drawing import CLASS_COLORS
 from magicsim.report.page import render_report
-from magicsim.report.text import gap_or_depth, quantity
+from magicsim.report.tables import write_caption
 from magicsim.simulation.episode import Episode, SimulatedFrame
 
 STRIP_WIDTH_PX = 200
@@ -59,23 +58,15 @@ def with_strip(shown: Frame, frame: SimulatedFrame, verdict: Verdict | None, *, 
 
 def strip_lines(frame: SimulatedFrame, verdict: Verdict | None) -> list[tuple[str, bool]]:
     """The lines of words, each with whether it holds a wrong verdict."""
-    truth = frame.truth
-    name = truth.label or "not scored"
-    distance = gap_or_depth(truth.state.gap_mm).replace("\u00a0", " ")
-    force = quantity(math.hypot(*truth.force_n), "N").replace("\u00a0", " ")
-    lines = [
-        (f"frame {truth.index}, {distance}" + (f", {force}" if truth.contact else ""), False),
-        (f"truth: {name}", False),
-    ]
-    if verdict is None:
-        return lines
-    wrong = [proximity_right(verdict, truth.frame_class) is False, contact_right(verdict, truth.frame_class) is False]
-    mark = " (wrong)"
-    return [
-        *lines,
-        (f"proximity: {verdict.proximity}{mark if wrong[0] else ''}", wrong[0]),
-        (f"contact: {verdict.combined}{mark if wrong[1] else ''}", wrong[1]),
-    ]
+    said = write_caption(frame, verdict)
+    place = f"frame {said.index}, {said.distance}" + (f", {said.force}" if frame.truth.contact else "")
+    lines = [(place.replace("\u00a0", " "), False), (f"truth: {said.truth}", False)]
+    for task, words, is_right in (
+        ("proximity", said.proximity, said.proximity_right), ("contact", said.contact, said.contact_right)
+    ):  # fmt: skip
+        if words is not None:
+            lines.append((f"{task}: {words}{' (wrong)' if is_right is False else ''}", is_right is False))
+    return lines
 
 
 PREVIEW_BYTES = 3_000_000
@@ -108,40 +99,24 @@ def animate(
 
 
 def _encode(pictures: Sequence[Image.Image], frames_per_second: float) -> bytes:
+    ends = [round(1000.0 * k / frames_per_second) for k in range(len(pictures) + 1)]  # so that no errors add up [ms]
     buffer = io.BytesIO()
     pictures[0].save(
         buffer, format="WEBP", save_all=True, append_images=pictures[1:], loop=0, quality=80, method=2,
-        duration=_durations_ms(len(pictures), frames_per_second),
+        duration=[max(1, later - earlier) for earlier, later in pairwise(ends)],
     )  # fmt: skip
     return buffer.getvalue()
-
-
-def _durations_ms(count: int, frames_per_second: float) -> list[int]:
-    """Time that each frame stays [ms], rounded so that the errors do not add up."""
-    ends = [round(1000.0 * k / frames_per_second) for k in range(count + 1)]
-    return [max(1, later - earlier) for earlier, later in pairwise(ends)]
 
 
 LOGGER = logging.getLogger(__name__)
 REPORT, PREVIEW, MCAP = "report.html", "preview.webp", "episode.mcap"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EpisodeReport:
-    """How an episode was judged, in a few figures; see `magicsim.simulation.main_job.RunSummary`."""
+def report_episode(folder: Path, episode: Episode, facts: Mapping[str, str]) -> tuple[float, dict[str, Any]]:
+    """Judges an episode with every standard profile, and adds to its folder what its scene's output asks for.
 
-    seconds: float
-    """Cost of judging [s]."""
-    contact_accuracy: float | None
-    proximity_accuracy: float | None
-    at_rest: dict[str, dict[str, float]]
-    not_judged: str | None
-    page: str | None
-    """Name of the HTML report in the folder, None where not asked for."""
-
-
-def report_episode(folder: Path, episode: Episode, facts: Mapping[str, str]) -> EpisodeReport:
-    """Judges an episode with every standard profile, and adds to its folder what its scene's output asks for."""
+    Cost of judging [s], and how it was judged: fields of `magicsim.simulation.main_job.RunSummary`.
+    """
     scene, start = episode.scene, time.perf_counter()
     judgements, refused = judged(episode)
     seconds = time.perf_counter() - start
@@ -156,14 +131,12 @@ def report_episode(folder: Path, episode: Episode, facts: Mapping[str, str]) -> 
         write_mcap(folder / MCAP, episode)
     first = next((each for each in judgements if each.profile == PROFILES[0]), None)
     score = first.score if first else None
-    return EpisodeReport(
-        seconds=seconds,
-        contact_accuracy=score.contact.accuracy if score else None,
-        proximity_accuracy=score.proximity.accuracy if score and not scene.design.is_opaque else None,
-        at_rest={name: asdict(each) for name, each in first.at_rest.items()} if first else {},
-        not_judged=refused,
-        page=REPORT if scene.output.report else None,
-    )
+    return seconds, {
+        "contact_accuracy": score.contact.accuracy if score else None,
+        "proximity_accuracy": score.proximity.accuracy if score and not scene.design.is_opaque else None,
+        "at_rest": {name: asdict(each) for name, each in first.at_rest.items()} if first else {},
+        "not_judged": refused,
+    }
 
 
 def judged(episode: Episode) -> tuple[list[Judgement], str | None]:

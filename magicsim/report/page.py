@@ -1,7 +1,7 @@
 """The report of an episode as one HTML page that needs nothing else: no network, no script, no files."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import Any
 
 from markupsafe import Markup
 
@@ -12,22 +12,9 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.judge.verdicts import Judgement
 from magicsim.notebook.screen import STRONGER
+from magicsim.report import tables
 from magicsim.report.drawing import CLASS_COLORS
 from magicsim.report.plots import plot_features, plot_force_depth, plot_forces
-from magicsim.report.tables import (
-    Caption,
-    Mistake,
-    RestRow,
-    ScoreTable,
-    contact_table,
-    list_mistakes,
-    pick_frames,
-    proximity_table,
-    rest_rows,
-    solve_rows,
-    tell_phases,
-    write_caption,
-)
 from magicsim.report.text import MINUS, data_uri, page_template, short_name, span
 from magicsim.scenes.rig import Rig
 from magicsim.simulation.episode import Episode, SimulatedFrame
@@ -93,27 +80,6 @@ SHEET_PROFILE = "calibrated"
 """Profile whose verdicts stand on the contact sheet; where it is missing, the last one judged."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ProfilePart:
-    """What the page says about one profile."""
-
-    profile: str
-    plot: Markup | None
-    tables: tuple[ScoreTable, ...]
-    mistakes: tuple[Mistake, ...]
-    parts: list[str]
-    """Parts of the story, for the rows of `rest`."""
-    rest: list[RestRow]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Card:
-    """One frame of the contact sheet beside its change, as a data URI."""
-
-    picture: str
-    caption: Caption
-
-
 def render_report(episode: Episode, judgements: Sequence[Judgement], facts: Mapping[str, str]) -> str:
     """The report of an episode as a whole HTML document, with verdicts of any number of profiles.
 
@@ -125,7 +91,7 @@ def render_report(episode: Episode, judgements: Sequence[Judgement], facts: Mapp
         if len(each.verdicts) != len(frames):
             given = f"judgement '{each.profile}' has {len(each.verdicts)} verdicts"
             raise ConfigError(f"{given} for {len(frames)} scored frames; must be one for each")
-    sheet = _sheet_judgement(judgements)
+    sheet = next((each for each in judgements if each.profile == SHEET_PROFILE), judgements[-1] if judgements else None)
     touched = any(frame.truth.contact for frame in frames)
     approached = any(frame.truth.state.has_object for frame in frames)
     return page_template("report.html.jinja", "magicsim.report").render(
@@ -137,35 +103,33 @@ def render_report(episode: Episode, judgements: Sequence[Judgement], facts: Mapp
         class_colors={str(each): color for each, color in CLASS_COLORS.items()},
         forces=Markup(plot_forces(frames, name="forces")) if approached else None,
         force_depth=Markup(plot_force_depth(frames, name="force-depth")) if touched else None,
-        solve=solve_rows(frames),
+        solve=tables.solve_rows(frames),
         truth=truth,
         stronger=STRONGER if episode.references else None,
         span=span,
     )
 
 
-def _sheet_judgement(judgements: Sequence[Judgement]) -> Judgement | None:
-    named = [each for each in judgements if each.profile == SHEET_PROFILE]
-    return next(iter([*named, *reversed(judgements)]), None)
-
-
-def _cards(episode: Episode, verdicts: Sequence[Verdict] | None) -> list[Card]:
+def _cards(episode: Episode, verdicts: Sequence[Verdict] | None) -> list[dict[str, Any]]:
+    """Frames of the contact sheet beside their changes."""
     frames = episode.scored
-    phases, places = tell_phases(frames), pick_frames(frames)
+    phases, places = tables.tell_phases(frames), tables.pick_frames(frames)
     return [
-        Card(
-            picture=data_uri(picture),
-            caption=write_caption(frames[place], phases[place], verdicts[place] if verdicts else None),
-        )
+        {
+            "picture": data_uri(picture),
+            "phase": str(phases[place]),
+            "caption": tables.write_caption(frames[place], verdicts[place] if verdicts else None),
+        }
         for place, picture in zip(places, episode.on_screen([frames[place] for place in places]), strict=True)
     ]
 
 
-def _profile_part(frames: Sequence[SimulatedFrame], judgement: Judgement, place: int) -> ProfilePart:
-    parts, rest = rest_rows(frames, judgement)
-    return ProfilePart(
-        parts=parts, rest=rest, profile=judgement.profile,
-        plot=Markup(plot_features(frames, judgement, name=f"features-{place}")) if frames else None,
-        tables=(proximity_table(judgement.score), contact_table(judgement.score)),
-        mistakes=tuple(list_mistakes(frames, judgement.verdicts)),
-    )  # fmt: skip
+def _profile_part(frames: Sequence[SimulatedFrame], judgement: Judgement, place: int) -> dict[str, Any]:
+    """What the page says about one profile; `parts` are those of the story, for the rows of `rest`."""
+    parts, rest = tables.rest_rows(frames, judgement)
+    return {
+        "profile": judgement.profile, "parts": parts, "rest": rest,
+        "plot": Markup(plot_features(frames, judgement, name=f"features-{place}")) if frames else None,
+        "tables": (tables.proximity_table(judgement.score), tables.contact_table(judgement.score)),
+        "mistakes": tables.list_mistakes(frames, judgement.verdicts),
+    }  # fmt: skip

@@ -86,7 +86,8 @@ def plot_forces(frames: Sequence[SimulatedFrame], *, name: str) -> str:
     times, force = frame_times(frames), _forces(frames)
     sideways = np.hypot(force[:, 0], force[:, 1])
     depth = np.array([frame.truth.depth_mm for frame in frames], dtype=np.float64)
-    gap = np.array([_open_gap(frame) for frame in frames], dtype=np.float64)
+    gaps = np.array([frame.truth.state.gap_mm for frame in frames], dtype=np.float64)  # not a number without an object
+    gap = np.maximum(gaps, 0.0)
     with plot_style():
         figure, panels = time_panels(frames, ["force [N]", "depth [mm]", "open gap [mm]"])
         panels[0].plot(times, force[:, 2], color=BLUE, label="along z", gid="force-z")
@@ -133,12 +134,6 @@ def plot_force_depth(frames: Sequence[SimulatedFrame], *, name: str) -> str:
 def _forces(frames: Sequence[SimulatedFrame]) -> npt.NDArray[np.float64]:
     """Forces [N], shape (frames, 3)."""
     return np.array([frame.truth.force_n for frame in frames], dtype=np.float64).reshape(-1, 3)
-
-
-def _open_gap(frame: SimulatedFrame) -> float:
-    """The gap [mm], 0 where pressed and NaN without an object."""
-    gap = frame.truth.state.gap_mm
-    return float("nan") if gap is None else max(gap, 0.0)
 
 
 def _fit(panel: Axes, values: Series, ends: tuple[float, float]) -> None:

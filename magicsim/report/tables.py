@@ -89,7 +89,6 @@ class Caption:
     """What stands below one frame; None without a judgement, and where a verdict is not scored."""
 
     index: int
-    phase: str
     distance: str
     force: str
     truth: str
@@ -123,12 +122,11 @@ def pick_frames(frames: Sequence[SimulatedFrame], limit: int = SHEET_FRAMES) -> 
     ]
 
 
-def write_caption(frame: SimulatedFrame, phase: Phase, verdict: Verdict | None) -> Caption:
+def write_caption(frame: SimulatedFrame, verdict: Verdict | None) -> Caption:
     """What to say about a frame; `verdict` is None where nobody judged it."""
     truth = frame.truth
     return Caption(
         index=truth.index,
-        phase=str(phase),
         distance=gap_or_depth(truth.state.gap_mm),
         force=quantity(math.hypot(*truth.force_n), "N"),
         truth=truth.label or "not scored",

@@ -34,19 +34,11 @@ def _shown(value: object) -> object:
     return visible(value) if isinstance(value, str) and not isinstance(value, Markup) else value
 
 
-_QUALITY = 90
-
-
-def webp_bytes(image: Frame) -> bytes:
-    """A frame as a WebP picture, shape (rows, columns, 3)."""
-    buffer = io.BytesIO()
-    Image.fromarray(image).save(buffer, format="WEBP", quality=_QUALITY, method=4)
-    return buffer.getvalue()
-
-
 def data_uri(image: Frame) -> str:
-    """A frame as an address that holds the picture itself, shape (rows, columns, 3)."""
-    return "data:image/webp;base64," + base64.b64encode(webp_bytes(image)).decode("ascii")
+    """A frame, shape (rows, columns, 3), as an address that holds the picture itself, in WebP."""
+    buffer = io.BytesIO()
+    Image.fromarray(image).save(buffer, format="WEBP", quality=90, method=4)
+    return "data:image/webp;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
 
 
 MISSING = "\u2013"

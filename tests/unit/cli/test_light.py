@@ -42,9 +42,10 @@ def test_render_keeps_the_estimator_of_the_scene_unless_asked(
     monkeypatch.setitem(
         sys.modules,
         "magicsim.simulation.still",
-        SimpleNamespace(render_still=lambda scene, *_, **__: asked.append(scene), with_care=lambda scene, **_: scene),
+        SimpleNamespace(
+            render_still=lambda scene, *_, **__: asked.append(scene) or {}, with_care=lambda scene, **_: scene
+        ),
     )
-    monkeypatch.setattr("magicsim.cli.simulate.fields_of", lambda _: {})
     shell.json("render", "near", "--set", "render.estimator=path", "--samples", 3, "--particles", 700, *options)
     assert asked[0].render.estimator == estimator
     assert (asked[0].render.samples, asked[0].render.particles) == (3, 700)

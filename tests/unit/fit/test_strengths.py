@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from magicsim.fit.strengths import fit_strengths, lit_channels
+from magicsim.fit.strengths import fit_strengths, lit_channels, lit_signal
 
 BLOCKS = (4, 4)
 
@@ -33,12 +33,12 @@ def test_strengths_are_found_again(gamma: float, crosstalk: float):
             light[..., channel] += strength * basis[name][..., channel] if name in basis else 0
         signals.append(light @ matrix.T)
     found = fit_strengths(states, signals, matrix, blocks=BLOCKS, gamma=gamma)
-    assert found.of == pytest.approx(TRUE, rel=1e-6)
+    assert found == pytest.approx(TRUE, rel=1e-6)
     for basis, signal in zip(states, signals, strict=True):
-        assert found.signal(basis, matrix) == pytest.approx(signal, abs=1e-6)
+        assert lit_signal(found, basis, matrix) == pytest.approx(signal, abs=1e-6)
 
 
 def test_no_light_takes_light_away():
     states = bases()[:1]
     signals = [np.tile([0.2, 0.0, 0.1], (32, 32, 1))]
-    assert min(fit_strengths(states, signals, np.eye(3), blocks=BLOCKS, gamma=1.0).of.values()) == 0
+    assert min(fit_strengths(states, signals, np.eye(3), blocks=BLOCKS, gamma=1.0).values()) == 0

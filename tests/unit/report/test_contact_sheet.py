@@ -61,7 +61,7 @@ def test_no_frames_give_no_picks():
 def test_caption_states_depth_force_class_and_verdicts(episode):
     verdicts = make_judgement(episode, tau_g=0.6).verdicts
     place = next(k for k, one in enumerate(episode.scored) if one.truth.frame_class is FrameClass.CONTACT)
-    caption = write_caption(episode.scored[place], Phase.PRESS, verdicts[place])
+    caption = write_caption(episode.scored[place], verdicts[place])
     assert caption.distance == "depth 0.30\u00a0mm"
     assert caption.force == "0.15\u00a0N"
     assert caption.truth == "Contact"
@@ -70,5 +70,5 @@ def test_caption_states_depth_force_class_and_verdicts(episode):
 
 
 def test_caption_without_verdict_has_none(episode):
-    caption = write_caption(episode.scored[0], Phase.UNTOUCHED, None)
+    caption = write_caption(episode.scored[0], None)
     assert (caption.distance, caption.proximity, caption.contact) == ("no object", None, None)
