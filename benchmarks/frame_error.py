@@ -54,7 +54,10 @@ TIERS = {
     "volpath": ("render.estimator=path", "render.samples=64"),
 }  # fmt: skip
 """Settings of each; `volpath` is Mitsuba's own path tracer."""
-FINER = ("design.lattice.growth=1.2", "design.lattice.cells_across=8", "design.lattice.edge_nodes=2000")
+FINER = (
+    "design.lattice.growth=1.2", "design.lattice.cells_across=8", "design.lattice.cells_across_round=0",
+    "design.lattice.edge_nodes=2000",
+)  # fmt: skip
 """Settings of the lattice that forces are compared with."""
 FAR_MM, CORNER_PX, FINE_PX = 8.0, 60, 5 / 2.355
 NEAR_MM = 1.0

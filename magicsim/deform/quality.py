@@ -62,16 +62,13 @@ class SolveQuality:
 
     def of(self, design: ElastomerDesign) -> ElastomerDesign:
         """The design as its lattice is made."""
-        options = dict(self.lattice)
-        if "cells_across" in options:  # a bound: 0 stays 0
-            options["cells_across"] = min(options["cells_across"], design.lattice.cells_across)
-        return design.model_copy(update={"lattice": design.lattice.model_copy(update=options)})
+        return design.model_copy(update={"lattice": design.lattice.model_copy(update=dict(self.lattice))})
 
 
 SOLVE_QUALITIES = {
     "full": SolveQuality(),
     "control": SolveQuality(
-        lattice={"growth": 3.0, "margin": 0.5, "fine_depth": 0.3, "cells_across": 4},
+        lattice={"growth": 3.0, "margin": 0.5, "fine_depth": 0.3, "cells_across_round": 0},
         newton=NewtonOptions(residual=1e-2, tolerance_mm=0.02, slip_mismatch=0.1),
     ),
 }

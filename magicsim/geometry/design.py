@@ -114,7 +114,7 @@ class Mounting(Config):
     """Coulomb's coefficient between block and table; assumed, rubber on smooth hard surfaces 0.3 to 1.5."""
 
 
-FAR_FIELD_BOUND = 0.02
+FAR_FIELD_BOUND = 0.01
 """Largest relative change of a force by the coarse far field as it is by default; a test holds it."""
 
 
@@ -129,9 +129,11 @@ class LatticeOptions(Config):
     """Node spacings around what can be touched, sideways and below, that stay fine."""
     fine_depth: Annotated[float, Field(ge=0, le=5)] = 1.0
     """How deep they stay fine below what can be touched, before the margin, in units of its half width."""
-    cells_across: Annotated[int, Field(ge=0, le=20)] = 7
-    """Least number of cells across what a small blunt object can touch, of 0.1 mm or more, as it lies in the undeformed
-    block; 0 keeps `spacing_mm`."""
+    cells_across: Annotated[int, Field(ge=0, le=20)] = 4
+    """Least number of cells across what a small blunt object can touch, of 0.1 mm or more; 0 keeps `spacing_mm`."""
+    cells_across_round: Annotated[int, Field(ge=0, le=20)] = 7
+    """That below a round object of 1 mm radius or more, of 0.15 mm or more, across what the undeformed block has of it;
+    0 makes none for it."""
     edge_nodes: Annotated[int, Field(ge=0, le=20_000)] = 256
     """Most nodes of the face below what touches where a lattice is made finer at its edges; 0 keeps `spacing_mm`."""
 

@@ -26,15 +26,15 @@ BESIDE_MM = 0.3 + ROUNDING_MM
 FINEST_MM, FINEST_BALL_MM = 0.1, 0.05
 """Smallest spacing that a small zone asks for; below balls of radii under twice the first one it is half of the radius,
 not less than the second [mm]: assumed."""
-ACROSS_OTHERS, LONG, LEAST_ROUND_MM = 4, 2.0, 1.0
-"""Most cells across a blunt object that is not round: one with edges, longer than wide by the second, or with features
-below the third [mm], for which nothing finer was compared."""
+LONG, LEAST_ROUND_MM = 2.0, 1.0
+"""Most length of a round object's zone in units of its width, and its least radius [mm]: for others nothing finer was
+compared."""
 FINEST_ROUND_MM = 0.15
-"""Smallest spacing that a round object asks for [mm]: touches of hundredths of a millimetre take 1.5 times as long, and
-forces are 0 to 3 % off."""
-ROUND_MARGIN, ROUND_DEPTH = 0.5, 0.2
+"""Smallest spacing that a round object asks for [mm]: forces of touches of 0.02 mm are 0 to 3 % too large, in up to
+1.5 s (`benchmarks/default_lattice.py`)."""
+ROUND_MARGIN, ROUND_DEPTH = 1.0, 0.2
 """Most of `lattice.margin` and `lattice.fine_depth` where cells are finer below a round object, so that fewer around
-pay for those below: forces of balls are 0.4 to 3.2 % too large then (`benchmarks/default_lattice.py`)."""
+pay for those below: the far field changes its force by 0.85 % then, and with a margin of 0.5 by 1.3 %."""
 MAX_NODES, MAX_GRADED_NODES = 1_000_000, 170_000
 """Most nodes of the whole lattice, which fills files, and of a graded one, whose solve takes minutes and 8 GB."""
 
@@ -211,13 +211,12 @@ def _fine_enough(design: ElastomerDesign, zone: Zone) -> ElastomerDesign:
     finest = float(np.clip(zone.feature_mm / 2, FINEST_BALL_MM, FINEST_MM))
     # a zone is known to the distance of its points: of balls as small as these the radius says more
     radius = zone.radius_mm if zone.feature_mm > 2 * FINEST_MM else min(zone.radius_mm, zone.feature_mm)
-    across, usual = options.cells_across, node_spacing_mm(design)
+    asked, usual, around = max(2 * radius / options.cells_across, finest), node_spacing_mm(design), {}
     sides = np.subtract(zone.high_mm, zone.low_mm)
     is_round = zone.edges is None and sides.max() <= LONG * sides.min() and zone.feature_mm >= LEAST_ROUND_MM
-    asked, around = max(2 * radius / min(across, ACROSS_OTHERS), finest), {}
-    if is_round:
+    if is_round and options.cells_across_round > 0:
         inside = max(radius**2 - 2 * SAMPLE_MM * zone.feature_mm, radius**2 / 4) ** 0.5
-        finer = max(2 * inside / across, FINEST_ROUND_MM)
+        finer = max(2 * inside / options.cells_across_round, FINEST_ROUND_MM)
         if finer < asked:
             asked = finer
             around = {"margin": min(options.margin, ROUND_MARGIN), "fine_depth": min(options.fine_depth, ROUND_DEPTH)}

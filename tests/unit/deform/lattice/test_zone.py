@@ -54,9 +54,10 @@ def test_spacing_grows_by_about_the_ratio() -> None:
 
 
 def test_graded_lattice_keeps_the_skin_and_its_stiffness() -> None:
-    zone = contact_zone([place_object(BALL, gap_mm=-1.0)], DESIGN)
-    lattice, whole = build_lattice(DESIGN, zone=zone), build_lattice(DESIGN)
-    assert len(lattice.cells) < len(whole.cells) / 1.2
+    even = load_preset(ElastomerDesign, "design", "mini-magictac", ["lattice.cells_across_round=0"])
+    zone = contact_zone([place_object(BALL, gap_mm=-1.0)], even)
+    lattice, whole = build_lattice(even, zone=zone), build_lattice(even)
+    assert len(lattice.cells) < len(whole.cells) / 1.7
     for each in (lattice, whole):
         assert each.sizes_mm[each.is_core].prod(1).sum() == pytest.approx(22.4 * 30.4 * 5.0)
     assert set(np.unique(lattice.shear_modulus_mpa)) == set(np.unique(whole.shear_modulus_mpa))
@@ -73,6 +74,8 @@ def test_a_small_blunt_object_asks_for_a_finer_lattice() -> None:
     assert finest_mm("sphere:radius_mm=4", 1.0) < 0.45
     assert finest_mm("sphere:radius_mm=0.5", 1.0) < 0.31
     assert finest_mm("sphere:radius_mm=4", 0.05) < 0.3
+    assert finest_mm("sphere:radius_mm=4", 1.0, "lattice.cells_across_round=0") > 0.7
+    assert finest_mm("sphere:radius_mm=0.5", 1.0, "lattice.cells_across=8") < 0.16
     assert finest_mm("sphere:radius_mm=0.5", 1.0, "lattice.cells_across=0") > 0.7
 
 
