@@ -31,10 +31,10 @@ LONG, LEAST_ROUND_MM = 2.0, 1.0
 compared."""
 FINEST_ROUND_MM = 0.15
 """Smallest spacing that a round object asks for [mm]: forces of touches of 0.02 mm are 0 to 3 % too large, in up to
-1.5 s (`benchmarks/default_lattice.py`)."""
-ROUND_MARGIN, ROUND_DEPTH = 1.0, 0.2
+3 s (`benchmarks/default_lattice.py`)."""
+ROUND_MARGIN, ROUND_DEPTH = 1.0, 0.6
 """Most of `lattice.margin` and `lattice.fine_depth` where cells are finer below a round object, so that fewer around
-pay for those below: the far field changes its force by 0.85 % then, and with a margin of 0.5 by 1.3 %."""
+pay for those below: the far field changes its force by 0.8 % at most then, with a depth of 0.2 by 1.1 %."""
 MAX_NODES, MAX_GRADED_NODES = 1_000_000, 170_000
 """Most nodes of the whole lattice, which fills files, and of a graded one, whose solve takes minutes and 8 GB."""
 

@@ -30,6 +30,10 @@ def test_force_that_jumps_past_what_is_asked_ends_below_the_jump():
     assert found.depth_mm < 1
 
 
+SYMMETRIC_N = 2e-6
+"""Sideways force of a whole centred press, which a factor of single precision leaves; that of a quarter is zero."""
+
+
 def pressed(design, thing):
     return lambda depth: [place_object(thing, gap_mm=-depth, x_mm=0.0, y_mm=0.0, design=design)] * 2
 
@@ -43,6 +47,7 @@ def test_press_ends_at_the_force_that_a_press_to_its_depth_has(friction: float, 
     assert found.force_n == pytest.approx(0.8, rel=FORCE_SHARE)
     own = press(design, ball, depth_mm=found.depth_mm, friction=friction)
     if quality == "full":
-        np.testing.assert_allclose(found.state.force_n, own.force_n, rtol=1e-6, atol=1e-6)
+        assert found.state.force_n[2] == pytest.approx(own.force_n[2], rel=1e-6)
+        np.testing.assert_allclose(found.state.force_n[:2], own.force_n[:2], atol=SYMMETRIC_N)
     assert own.force_n[2] == pytest.approx(found.force_n, rel=0.03)
     assert found.solves <= 8
