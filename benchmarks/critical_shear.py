@@ -16,6 +16,7 @@ import numpy as np
 from magicsim_experiments.study.mechanics.limit_press import GROWTH
 
 from magicsim.deform.contact.face import point_spacing_mm
+from magicsim.deform.lattice.core_failure import CoreLaw
 from magicsim.deform.lattice.spot import resolved_lattice
 from magicsim.deform.lattice.yielding import FlowLaw
 from magicsim.deform.lattice.zone import Zone
@@ -49,12 +50,13 @@ def main() -> None:
     if options.yield_kpa is not None:
         cells = np.flatnonzero(np.isclose(lattice.shear_modulus_mpa, infill.shear_modulus_mpa))
         shear = options.yield_kpa / 1000 / infill.shear_modulus_mpa
-        law = FlowLaw(cells=cells, modulus_mpa=(1 - KEPT) * infill.shear_modulus_mpa, shear=shear)
-    solver = ContactSolver(lattice, friction=1.0, point_spacing_mm=point_spacing_mm(dome.shape()), flow=law)
+        flow = FlowLaw(cells=cells, modulus_mpa=(1 - KEPT) * infill.shear_modulus_mpa, shear=shear)
+        law = CoreLaw(flow=flow)
+    solver = ContactSolver(lattice, friction=1.0, point_spacing_mm=point_spacing_mm(dome.shape()), core=law)
     state = None
     for depth in np.arange(STEP_MM, options.deepest_mm + STEP_MM / 2, STEP_MM):
         state = solver.solve(place_object(dome, gap_mm=-depth, x_mm=x + OFFSET_MM[0], y_mm=y + OFFSET_MM[1]), state)
-        heat = state.yielded.dissipated_nmm if state.yielded is not None else 0.0
+        heat = state.core.dissipated_nmm if state.core is not None else 0.0
         row = {"depth_mm": float(depth), "force_n": state.force_n.round(5).tolist(), "dissipated_nmm": round(heat, 5)}
         sys.stdout.write(json.dumps(vars(options) | row) + "\n")
         sys.stdout.flush()

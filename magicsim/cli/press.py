@@ -21,6 +21,8 @@ def press(
     speed_mm_s: Annotated[float | None, Parameter(help="Speed, for a path that takes time.")] = None,
     hold_s: Annotated[float, Parameter(help="Time at the end of such a path.")] = 0.0,
     infill_yield_mpa: Annotated[float | None, Parameter(help="Shear stress at which the infill flows.")] = None,
+    wall_buckling_strain: Annotated[float | None, Parameter(help="Squeeze from which walls carry no more.")] = None,
+    wall_tear_elongation: Annotated[float | None, Parameter(help="Elongation at which walls tear; 2.2: 220 %.")] = None,
     release: Annotated[bool, Parameter(negative="", help="Lift off at the end: the dent that is left.")] = False,
     curve: Annotated[Path | None, Parameter(help="FILE.csv or .png: force against depth, up to --depth-mm.")] = None,
     points: Annotated[int, Parameter(help="Depths of the curve, evenly from 0.")] = 21,
@@ -53,8 +55,9 @@ def press(
 
         with show_progress(f"{design}: limits") as progress:
             found = press_limits(
-                block, thing, depth_mm=depth_mm, friction=friction, infill_yield_mpa=infill_yield_mpa, progress=progress
-            )
+                block, thing, depth_mm=depth_mm, friction=friction, infill_yield_mpa=infill_yield_mpa,
+                wall_buckling_strain=wall_buckling_strain, wall_tear_elongation=wall_tear_elongation, progress=progress,
+            )  # fmt: skip
         print_result(found.as_dict() | {"design_limits": block.limits.model_dump(mode="json")}, as_json=json)
         return
     if depth_mm is None:
@@ -74,6 +77,7 @@ def press(
         with show_progress(title) as progress:
             solved = press_curve(
                 block, thing, depths, friction=friction, infill_yield_mpa=infill_yield_mpa,
+                wall_buckling_strain=wall_buckling_strain, wall_tear_elongation=wall_tear_elongation,
                 max_iterations=max_iterations, progress=progress,
             )  # fmt: skip
         write_curve(solved, curve, title=title)
@@ -84,7 +88,8 @@ def press(
     with show_progress(f"{design}: press") as progress:
         result = solve(
             block, thing, depth_mm=depth_mm, shear_mm=shear, twist_deg=twist_deg, friction=friction,
-            speed_mm_s=speed_mm_s, hold_s=hold_s, infill_yield_mpa=infill_yield_mpa, release=release,
+            speed_mm_s=speed_mm_s, hold_s=hold_s, infill_yield_mpa=infill_yield_mpa,
+            wall_buckling_strain=wall_buckling_strain, wall_tear_elongation=wall_tear_elongation, release=release,
             max_iterations=max_iterations, progress=progress,
         )  # fmt: skip
     print_result(result.as_dict(), as_json=json)

@@ -60,7 +60,7 @@ def at_force(episode: DrawnEpisode) -> tuple[DrawnEpisode, Deformation | None]:
     found = press_to_force(
         scene.design, lambda depth: _touching(_pressed(scene, depth, deepest)), force, deepest_mm=deepest,
         friction=scene.contact.friction, quality=scene.contact.quality,
-        infill_yield_mpa=scene.contact.infill_yield_mpa, max_iterations=scene.contact.max_iterations,
+        failure=scene.contact.failure, max_iterations=scene.contact.max_iterations,
     )  # fmt: skip
     if episode.must_reach and not found.is_met:
         raise ConfigError(

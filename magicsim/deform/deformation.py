@@ -15,11 +15,11 @@ from scipy.spatial import cKDTree
 
 from magicsim.arrays import Array, Index, Mask
 from magicsim.deform.contact.face import ContactFace, contact_face
+from magicsim.deform.lattice.core_failure import CoreState
 from magicsim.deform.lattice.energy import Linearisation
 from magicsim.deform.lattice.relaxation import RelaxationState
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import TableMemory
-from magicsim.deform.lattice.yielding import YieldState
 from magicsim.geometry.pose import Pose
 from magicsim.notebook import figures_table
 
@@ -178,8 +178,8 @@ class Deformation(PathFigures):
     """Deformed area of the points that touch [mm2]."""
     table: TableMemory | None = None
     """Memory of friction below a block on a table; None at rest and where the base is bonded."""
-    yielded: YieldState | None = None
-    """Memory of an infill that flows; None at rest and where none does."""
+    core: CoreState | None = None
+    """Memory of a core that fails; None at rest and where it cannot."""
 
     def __repr__(self) -> str:
         """Nodes, force and the figures that say how far it can be trusted; no arrays."""

@@ -1,8 +1,8 @@
 """What a print bears: the largest force and depth of a press that its makers recommend, and strengths of its materials.
 
 A contact is sharp, and the sharp limits hold, where its radius, that of a disc of its area, is below `sharp_radius_mm`.
-Strengths are told as the lowest and the highest of a data sheet, or of what is assumed; no solve uses them
-(`magicsim.deform.indentation.bearing` says where a press reaches them).
+Strengths are told as the lowest and the highest of a data sheet, or of what is assumed; `deform.indentation.bearing`
+says where a press reaches them. A solve uses none unless it is given as one of `CoreFailure`.
 """
 
 import logging
@@ -69,6 +69,27 @@ class PressLimits(Config):
         return " and ".join(found) + f", contact radius {radius:.2g} mm"
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoreFailure:
+    """How the printed core of a block fails in a solve; not at all by default (`deform.lattice.core_failure`)."""
+
+    infill_yield_mpa: float | None = None
+    """Shear stress at which the infill flows [MPa]."""
+    wall_buckling_strain: float | None = None
+    """Squeeze along a wall from which on it carries no more."""
+    wall_tear_elongation: float | None = None
+    """Elongation at which walls tear; 1 is twice as long."""
+
+    @property
+    def is_remembered(self) -> bool:
+        """Whether earlier touches matter; buckled walls come back."""
+        return self.infill_yield_mpa is not None or self.wall_tear_elongation is not None
+
+
+WHOLE = CoreFailure()
+"""A core that does not fail."""
+
+
 @dataclass(slots=True)
 class LimitsWatch:
     """Warns once of touches that a print may not bear."""
@@ -81,5 +102,6 @@ class LimitsWatch:
         if excess and not self.has_warned:
             self.has_warned = True
             LOGGER.warning(
-                "beyond what the print bears: %s; infill may yield and skin tear, which is not modelled", excess
+                "beyond what the print bears: %s; infill may yield, walls and skin may tear",
+                excess,
             )

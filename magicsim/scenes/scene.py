@@ -1,6 +1,7 @@
 """A scene: a design on a rig, and what moves. The configuration of `scenes/*.toml`."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -11,6 +12,7 @@ from magicsim.camera.disturbances import readout_problem
 from magicsim.config.models import Config, load_preset
 from magicsim.config.named_files import MODEL_SUFFIX
 from magicsim.geometry.design import FACET_MM, ElastomerDesign
+from magicsim.geometry.limits import CoreFailure
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.rigid_object import AngleDeg
 from magicsim.scenes.refusals import flashlight_problem, gap_refusal, sensor_refusal
@@ -80,6 +82,11 @@ class ContactSettings(Config):
     infill_yield_mpa: Annotated[float, Field(ge=1e-6, le=10)] | None = None
     """Shear stress at which the infill flows [MPa]; it never does by default. Then earlier touches matter, a dent stays
     and is seen, and rows say what was dissipated; nothing relaxes besides. `design.limits` has a range of it."""
+    wall_buckling_strain: Annotated[float, Field(ge=0.01, le=0.35)] | None = None
+    """Squeeze along a wall from which on it carries no more; without it the law of walls is bounded at 0.35."""
+    wall_tear_elongation: Annotated[float, Field(ge=0.05, le=10)] | None = None
+    """Elongation at which walls tear, 2.2 for 220 %; they never do by default. No image shows torn walls: such a touch
+    is refused."""
     max_iterations: Annotated[int, Field(ge=1, le=1_000_000)] = 2000
     """Iterations of one frame's equilibrium before the press is refused: its bound on time, counted so that no clock
     decides about a result. An iteration takes 0.1 s at 15,000 unknowns; the hardest valid press that is known needs
@@ -95,11 +102,20 @@ class ContactSettings(Config):
     def _problems(self) -> Iterator[str | None]:
         if self.recovers and not self.rate_dependent:
             yield "recovers = true is not allowed with rate_dependent = false: a body without memory keeps no dent"
-        if self.infill_yield_mpa is not None and self.rate_dependent:
-            yield (
-                f"infill_yield_mpa = {self.infill_yield_mpa:g} is not allowed with rate_dependent = true: what relaxes "
-                "does not flow"
-            )
+        for name in ("infill_yield_mpa", "wall_tear_elongation"):
+            if getattr(self, name) is not None and self.rate_dependent:
+                yield (
+                    f"{name} = {getattr(self, name):g} is not allowed with rate_dependent = true: what relaxes neither "
+                    "flows nor tears"
+                )
+
+    @property
+    def failure(self) -> CoreFailure:
+        """How the printed core fails."""
+        return CoreFailure(
+            infill_yield_mpa=self.infill_yield_mpa, wall_buckling_strain=self.wall_buckling_strain,
+            wall_tear_elongation=self.wall_tear_elongation,
+        )  # fmt: skip
 
     @property
     def keeps_dent(self) -> bool:
@@ -233,8 +249,9 @@ class SceneConfig(Config):
         if self.object is None and any(keyframe.gap_mm is not None for keyframe in self.keyframes):
             yield "object is missing: a keyframe gives gap_mm, so [object] must say what approaches"
         yield sensor_refusal(self.design, self.rig, is_recorded=self.render.is_recorded)
-        if self.contact.infill_yield_mpa is not None and self.design.cell_mm == 0:
-            yield f"{self.contact.memory} is not allowed for a block without infill (cell_mm = 0)"
+        for name, value in asdict(self.contact.failure).items() if self.design.cell_mm == 0 else ():
+            if value is not None:
+                yield f"contact.{name} = {value:g} is not allowed for a block without infill and walls (cell_mm = 0)"
         for place, keyframe in enumerate(self.keyframes):
             found = None if keyframe.gap_mm is None else gap_refusal(self.design, self.rig, keyframe.gap_mm)
             yield None if found is None else f"keyframes.{place}.gap_mm{found}"

@@ -9,6 +9,7 @@ too far to be seen, is left to the renderer (`magicsim.light.reach`).
 
 import math
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from magicsim.deform.quality import SOLVE_QUALITIES
@@ -85,7 +86,8 @@ def plan_scene(scene: SceneConfig, *, leave_out: bool = True) -> ScenePlan:
             seen[look] = index
     kept, left_out = _explain(scene, frames, grid, spacing_mm)
     if scene.design.cell_mm > 0 and any(frame.solve for frame in frames):
-        (left_out if scene.contact.infill_yield_mpa is None else kept).append(_flow(scene))
+        for is_kept, decision in _failures(scene):
+            (kept if is_kept else left_out).append(decision)
     if scene.rig.near_mm is not None and not scene.design.is_opaque:
         reason = f"its picture is {scene.rig.near_mm:g} mm away and seen from each place; no shadow falls on it"
         kept.append(Decision(stage="near room", reason=reason))
@@ -216,12 +218,19 @@ def _behind_coat(scene: SceneConfig) -> list[Decision]:
     return [Decision(stage="object, flashlight and room in the optical scene", reason=reason)]
 
 
-def _flow(scene: SceneConfig) -> Decision:
-    """Whether the infill flows."""
-    stress = scene.contact.infill_yield_mpa
-    never = "contact.infill_yield_mpa is not set: the infill is elastic at any load"
-    flows = f"from {stress} MPa on, by steps of a tenth of a millimetre"
-    return Decision(stage="flow of the infill", reason=never if stress is None else flows)
+def _failures(scene: SceneConfig) -> Iterator[tuple[bool, Decision]]:
+    """Whether the infill flows and walls buckle and tear, and why."""
+    for name, stage, never, does in (
+        ("infill_yield_mpa", "flow of the infill", "the infill is elastic at any load",
+         "from {:g} MPa on, by steps of a tenth of a millimetre"),
+        ("wall_buckling_strain", "buckling of walls", "walls carry more up to a squeeze of 0.35",
+         "walls carry no more from a squeeze of {:g} on"),
+        ("wall_tear_elongation", "tearing of walls", "walls stretch without end",
+         "a touch that stretches walls by {:g} is refused, by steps of a tenth of a millimetre"),
+    ):  # fmt: skip
+        value = getattr(scene.contact, name)
+        reason = f"contact.{name} is not set: {never}" if value is None else does.format(value)
+        yield value is not None, Decision(stage=stage, reason=reason)
 
 
 def _felt_coat(scene: SceneConfig) -> list[Decision]:

@@ -15,16 +15,16 @@ from magicsim.camera.stream import CameraStream
 from magicsim.deform.contact.face import POINT_SPACING_MM, point_spacing_mm
 from magicsim.deform.deformation import Deformation, Displacement
 from magicsim.deform.indentation.press import compile_kernels
+from magicsim.deform.lattice.core_failure import CoreLaw, weakened
 from magicsim.deform.lattice.follow import FollowMap, follow_map
 from magicsim.deform.lattice.relaxation import Branches, body_branches
 from magicsim.deform.lattice.structure import Lattice, build_lattice
-from magicsim.deform.lattice.yielding import FlowLaw
 from magicsim.deform.lattice.zone import Zone, contact_zone
 from magicsim.deform.quality import SOLVE_QUALITIES
 from magicsim.deform.solve.factorise import on_one_blas_thread
 from magicsim.deform.solve.load_step import is_there
 from magicsim.deform.solve.path import ContactSolver
-from magicsim.errors import ConfigError
+from magicsim.errors import ConfigError, RenderError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
 from magicsim.geometry.indenter import Indenter
@@ -100,7 +100,7 @@ class Sensor:
         """Warns once of what the print may not bear; shared by all copies of this sensor."""
         self.elastomer: Elastomer = build_elastomer(design, facet_mm=self.settings.facet_mm)
         self._solve = SOLVE_QUALITIES[self.contact.quality]
-        self.lattice: Lattice = build_lattice(self._solve.of(design), zone=self._zone())
+        self.lattice: Lattice = weakened(build_lattice(self._solve.of(design), zone=self._zone()), self.contact.failure)
         """The lattice that is solved: as fine where the object can touch, coarser elsewhere."""
         self.markers = marker_map(design, self.lattice)
         self.renderer = self._build_renderer(untouched)
@@ -232,7 +232,7 @@ class Sensor:
 
         The previous one itself where the object has not moved since, and nothing relaxes.
 
-        `ConvergenceError` where no valid equilibrium was found.
+        `ConvergenceError` where no valid equilibrium was found, `RenderError` where walls have torn.
         """
         recovers = self.contact.keeps_dent and not previous.is_rest
         indenter = self.indenter(state if state.has_object or not recovers else replace(state, gap_mm=AWAY_MM))
@@ -250,11 +250,17 @@ class Sensor:
                 point_spacing_mm=point_spacing_mm(indenter.shape),
                 branches=self._branches(),
                 recovers=self.contact.recovers,
-                flow=FlowLaw.of(self.design, self.lattice, self.contact.infill_yield_mpa),
+                core=CoreLaw.of(self.design, self.lattice, self.contact.failure),
                 max_iterations=self.contact.max_iterations,
             )
         start = previous if not previous.is_rest else None
-        return self._solver.solve(indenter, start, dt_s=self.step_s)
+        found = self._solver.solve(indenter, start, dt_s=self.step_s)
+        if found.core is not None and (torn := int(found.core.torn.sum())):
+            raise RenderError(
+                f"walls of {torn} printed cells have torn (contact.wall_tear_elongation = "
+                f"{self.contact.wall_tear_elongation:g}), which no image shows: press less deep, or use magicsim press"
+            )
+        return found
 
     def printed_displacements_mm(self, deformation: Deformation) -> npt.NDArray[np.float32]:
         """Displacements of all nodes of the design's lattice, shape (printed nodes, 3) [mm]."""

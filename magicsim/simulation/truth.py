@@ -46,7 +46,7 @@ def frame_truth(
             force_balance=deformation.force_balance,
         ),
         beyond_limits=limits.excess(depth_mm=depth, force_n=force[2], area_mm2=deformation.contact_area_mm2),
-        dissipated_nmm=deformation.yielded.dissipated_nmm if deformation.yielded is not None else None,
+        dissipated_nmm=deformation.core.dissipated_nmm if deformation.core is not None else None,
     )
 
 

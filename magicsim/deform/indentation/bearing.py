@@ -1,10 +1,11 @@
-"""Where a press makes the infill flow and tears the skin: depth and force at the strengths of a design's `limits`.
+"""Where a press makes infill flow and tears skin and walls: depth and force at the strengths of a design's `limits`.
 
 The object is pressed deeper and deeper into the middle of the block, quasi-statically, on a lattice that is fine below
 it: two layers of cells or more across the skin, five across the radius of what touches. At each depth the largest
 principal stretch and nominal stress on the two sides of the skin (`SkinCells.strained`) stand beside the elongation at
 break and the tensile strength of the body, and the largest mean shear stress of an infill cube, mu gamma
-(`magicsim.deform.strain`), beside the yield stress of the infill. Each strength has a lowest and a highest value, and
+(`magicsim.deform.strain`), beside the yield stress of the infill. Walls of a printed cell are told at the elongation at
+break as well; a press does not go deeper for them. Each strength has a lowest and a highest value, and
 so has what follows from it; between two depths all is linear.
 
 The solve is elastic: nothing fails in it, so only the first of what fails is told truly, and later ones as if nothing
@@ -23,9 +24,11 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.indentation.press import check_depth, check_friction, compile_kernels
+from magicsim.deform.lattice.core_failure import CoreLaw, weakened
+from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.spot import QUARTERS, central_lattice, is_mirror_image
 from magicsim.deform.lattice.structure import Lattice
-from magicsim.deform.lattice.yielding import FlowLaw
+from magicsim.deform.lattice.tearing import MOST_ELONGATION, TearLaw
 from magicsim.deform.lattice.zone import Zone, contact_zone
 from magicsim.deform.solve.iterate import Progress, part_of
 from magicsim.deform.solve.path import ContactSolver
@@ -34,7 +37,7 @@ from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.face_shape import HeightMap
 from magicsim.geometry.indenter import place_object
-from magicsim.geometry.limits import STRENGTHS
+from magicsim.geometry.limits import STRENGTHS, CoreFailure
 from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 
@@ -46,6 +49,9 @@ COARSEST_MM, FINEST_MM = 0.25, 0.1
 """Largest node spacing below a small object, and smallest one at all [mm]."""
 CUBES_BEYOND = 2
 """Infill cubes beyond what touches, sideways, that are looked at; in depth all of them."""
+
+EVENTS = ("yield", "tear", "wall_tear")
+"""The infill flows, the skin tears, walls tear."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,6 +68,8 @@ class BearingPlace:
     """Largest principal nominal stress of the skin, force over area at rest [MPa]."""
     infill_stress_mpa: float | None
     """Largest mean shear stress of an infill cube, at most that at which it flows [MPa]; None without infill."""
+    wall_stretch: float | None = None
+    """Largest stretch in the walls of a printed cell (`lattice.tearing`), 1 at rest; None without walls."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,7 +77,7 @@ class Onset:
     """Where the first place of a block reaches a strength."""
 
     event: str
-    """`yield` of the infill or `tear` of the skin."""
+    """One of `EVENTS`."""
     by: str
     """What reaches the strength: a name of `BearingPlace`."""
     strength: float
@@ -105,13 +113,13 @@ class Bearing:
     @property
     def recommended(self) -> Onset | None:
         """What fails first when every strength is lowest: limits of depth and force; None where nothing fails."""
-        firsts = [each for each in (self.first("yield", 0), self.first("tear", 0)) if each is not None]
+        firsts = [each for event in EVENTS if (each := self.first(event, 0)) is not None]
         return min(firsts, key=lambda each: each.depth_mm or 0.0, default=None)
 
     def as_dict(self) -> dict[str, Any]:
         """The keys of the command line's JSON; lowest before highest, None for what is not reached."""
         values: dict[str, Any] = {}
-        for event in ("yield", "tear"):
+        for event in EVENTS:
             ends = [self.first(event, end) for end in (0, 1)]
             values[f"{event}_depth_mm"] = [each.depth_mm if each else None for each in ends]
             values[f"{event}_force_n"] = [each.force_n if each else None for each in ends]
@@ -131,6 +139,8 @@ def press_limits(
     depth_mm: float | None = None,
     friction: float = 0.0,
     infill_yield_mpa: float | None = None,
+    wall_buckling_strain: float | None = None,
+    wall_tear_elongation: float | None = None,
     until: Collection[str] | None = None,
     coarsening: float = 1.0,
     progress: Progress | None = None,
@@ -144,6 +154,8 @@ def press_limits(
         depth_mm: Deepest place that is tried, from first contact [mm]; 90 % of the height by default.
         friction: Coulomb's coefficient between object and face.
         infill_yield_mpa: Shear stress at which the infill flows [MPa]; the solve is elastic by default.
+        wall_buckling_strain: Squeeze along a wall from which on it carries no more; none does by default.
+        wall_tear_elongation: Elongation at which walls tear; none does by default.
         until: Events, `yield` and `tear`, of which one strength each ends the press already; of none, any strength.
         coarsening: Node spacing in units of the usual one.
         progress: Told after every iteration, see `Progress`.
@@ -155,6 +167,7 @@ def press_limits(
         ConvergenceError: Not even the first depth has a valid equilibrium.
     """
     strengths = _strengths(design)
+    of_walls = [("wall_tear", "wall_stretch", value) for event, by, value in strengths if by == "skin_stretch"]
     deepest = MAX_DEPTH_SHARE * design.height_mm if depth_mm is None else depth_mm
     check_depth(deepest, design)
     check_friction(friction)
@@ -169,11 +182,17 @@ def press_limits(
     start = time.perf_counter()
     is_quarter = is_mirror_image(poses[-1]) and not isinstance(design.face, HeightMap)
     spacing = coarsening * bearing_spacing_mm(design, zone)
-    lattice = central_lattice(design, zone, spacing_mm=spacing, is_quarter=is_quarter)
-    flow = FlowLaw.of(design, lattice, infill_yield_mpa)
+    failure = CoreFailure(
+        infill_yield_mpa=infill_yield_mpa, wall_buckling_strain=wall_buckling_strain,
+        wall_tear_elongation=wall_tear_elongation,
+    )  # fmt: skip
+    lattice = weakened(central_lattice(design, zone, spacing_mm=spacing, is_quarter=is_quarter), failure)
+    core = CoreLaw.of(design, lattice, failure)
     spaced = point_spacing_mm(poses[0].shape)
-    solver = ContactSolver(lattice, friction=friction, point_spacing_mm=spaced, flow=flow)
+    solver = ContactSolver(lattice, friction=friction, point_spacing_mm=spaced, core=core)
     skin, infill, modulus = SkinCells.of(design, lattice), _infill_below(design, lattice, zone), _infill_mpa(design)
+    walls = TearLaw.of(design, lattice, MOST_ELONGATION) if infill is not None else None
+    whole = Elasticity.of(lattice)
     places, state, stopped = list[BearingPlace](), None, f"depth_mm = {deepest:g} is reached"
     with waiting("pressing until something fails", told if progress is None else unheard) as share:
         for number, pose in enumerate(poses):
@@ -192,6 +211,9 @@ def press_limits(
                 skin_stretch=stretch,
                 skin_stress_mpa=stress,
                 infill_stress_mpa=min(modulus * shear, infill_yield_mpa or math.inf) if infill is not None else None,
+                wall_stretch=(
+                    float(walls.stretches(whole, lattice.nodes_mm + state.displacements_mm).max()) if walls else None
+                ),
             )
             places.append(place)
             passed = [each for each in strengths if onset(places, *each).depth_mm is not None]
@@ -202,14 +224,15 @@ def press_limits(
                 )
                 break
     return Bearing(
-        onsets=tuple(onset(places, *each) for each in strengths), history=tuple(places), stopped=stopped,
+        onsets=tuple(onset(places, *each) for each in [*strengths, *(of_walls if walls else [])]),
+        history=tuple(places), stopped=stopped,
         spacing_mm=spacing, skin_layers=skin.layers, seconds=time.perf_counter() - start,
     )  # fmt: skip
 
 
 def onset(places: Sequence[BearingPlace], event: str, by: str, strength: float) -> Onset:
     """Where a press first reaches a strength, linear between its places, the first of them rest."""
-    start = 1.0 if by == "skin_stretch" else 0.0
+    start = 1.0 if by in {"skin_stretch", "wall_stretch"} else 0.0
     values = np.array([start, *(getattr(each, by) for each in places)])
     above = np.flatnonzero(values >= strength)
     if len(above) == 0:

@@ -17,6 +17,7 @@ import numpy as np
 
 from magicsim.deform.deformation import Deformation, SolveFigures
 from magicsim.deform.indentation.press import check_friction, compile_kernels
+from magicsim.deform.lattice.core_failure import CoreLaw, weakened
 from magicsim.deform.lattice.spot import central_lattice, resolved_lattice
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.zone import Zone
@@ -25,6 +26,7 @@ from magicsim.errors import ConvergenceError
 from magicsim.geometry.design import ElastomerDesign, Mounting
 from magicsim.geometry.grid import Place, symmetric_place
 from magicsim.geometry.indenter import Indenter
+from magicsim.geometry.limits import WHOLE, CoreFailure
 from magicsim.geometry.pose import Pose
 from magicsim.geometry.shapes.revolved import SHAFT_RADIUS_MM, DurometerTool
 from magicsim.waiting import Told, on_stderr, unheard, waiting
@@ -199,12 +201,15 @@ class DurometerTest:
         friction: float = FRICTION,
         hole_radius_mm: float | None = HOLE_RADIUS_MM,
         place: Place = "cell",
+        failure: CoreFailure = WHOLE,
     ) -> None:
-        """Prepares the sample; arguments are those of `durometer`."""
+        """Prepares the sample; arguments are those of `durometer`, and how the core fails where it is one solid."""
         self._hole_radius_mm = hole_radius_mm
         self._place_mm = (0.0, 0.0) if core == "even" else symmetric_place(design, place)
+        lattice = weakened(quarter_lattice(design, self._place_mm, spacing_mm, core), failure)
         self._solver = ContactSolver(
-            quarter_lattice(design, self._place_mm, spacing_mm, core),
+            lattice,
+            core=CoreLaw.of(design, lattice, failure),
             friction=friction,
             tolerance_mm=PENETRATION_MM,
             point_spacing_mm=spacing_mm / 3,

@@ -11,13 +11,14 @@ from dataclasses import dataclass, replace
 
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation
+from magicsim.deform.lattice.core_failure import CoreLaw, weakened
 from magicsim.deform.lattice.structure import build_lattice
-from magicsim.deform.lattice.yielding import FlowLaw
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.quality import SOLVE_QUALITIES, SolveQuality
 from magicsim.deform.solve.path import MAX_ITERATIONS, ContactSolver
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import Indenter
+from magicsim.geometry.limits import WHOLE, CoreFailure
 
 FORCE_SHARE, WAY_SHARE = 0.05, 0.2
 """Largest relative error of a force that was asked for: at the end of the press, and on the way."""
@@ -94,7 +95,7 @@ def press_to_force(
     deepest_mm: float,
     friction: float = 0.0,
     quality: str = "full",
-    infill_yield_mpa: float | None = None,
+    failure: CoreFailure = WHOLE,
     max_iterations: int = MAX_ITERATIONS,
 ) -> Reached:
     """Presses an object into a block until a normal force acts, quasi-static.
@@ -107,7 +108,7 @@ def press_to_force(
         deepest_mm: Depth at which it ends in any case [mm].
         friction: Coulomb's coefficient.
         quality: How finely equilibria are solved, see `SOLVE_QUALITIES`.
-        infill_yield_mpa: Shear stress at which the infill flows [MPa]; it never does by default.
+        failure: How the core fails; not at all by default.
         max_iterations: Iterations of one equilibrium before the press is given up.
 
     Raises:
@@ -117,12 +118,12 @@ def press_to_force(
     solve = SOLVE_QUALITIES[quality]
 
     def solver(
-        solve: SolveQuality, places: Sequence[Indenter], friction: float, yield_mpa: float | None = None
+        solve: SolveQuality, places: Sequence[Indenter], friction: float, failure: CoreFailure = WHOLE
     ) -> ContactSolver:  # fmt: skip
-        lattice = build_lattice(solve.of(design), zone=contact_zone(places, design))
+        lattice = weakened(build_lattice(solve.of(design), zone=contact_zone(places, design)), failure)
         return ContactSolver(
             lattice, friction=friction, point_spacing_mm=point_spacing_mm(places[0].shape), options=solve.newton,
-            max_iterations=max_iterations, flow=FlowLaw.of(design, lattice, yield_mpa),
+            max_iterations=max_iterations, core=CoreLaw.of(design, lattice, failure),
         )  # fmt: skip
 
     way = _Way(solver=solver(WAY, placed(deepest_mm)[:1], 0.0), placed=placed)
@@ -134,7 +135,7 @@ def press_to_force(
 
     def pressed_n(depth_mm: float) -> float:
         places = placed(depth_mm)
-        state = solver(solve, places, friction, infill_yield_mpa).solve(places[0])
+        state = solver(solve, places, friction, failure).solve(places[0])
         last.clear()
         last[depth_mm] = state
         return float(state.force_n[2])

@@ -64,12 +64,14 @@ class PathForce:
     contact_area_mm2: float
     """Deformed area that touches, see `Deformation` [mm2]."""
     dissipated_nmm: float | None = None
-    """Energy that the infill's flow has taken so far [N mm]; None where it cannot flow."""
+    """Energy that flow and tears have taken so far [N mm]; None where the core cannot fail."""
+    torn_cells: int | None = None
+    """Printed cells whose walls have torn; None where they cannot."""
     dent_mm: float | None = None
-    """Deepest point of the contact face [mm]; None where the infill cannot flow."""
+    """Deepest point of the contact face [mm]; None where the core cannot fail."""
 
     def as_dict(self) -> dict[str, Any]:
-        """The keys of the command line's JSON; no time where there is none, and no flow."""
+        """The keys of the command line's JSON; no time where there is none, and no failure."""
         return {key: value for key, value in asdict(self).items() if value is not None}
 
 
@@ -163,8 +165,9 @@ def path_forces(
                 force_n=as_vector(force),
                 torque_nmm=as_vector(torque),
                 contact_area_mm2=state.contact_area_mm2,
-                dissipated_nmm=state.yielded.dissipated_nmm if state.yielded is not None else None,
-                dent_mm=deepest if state.yielded is not None else None,
+                dissipated_nmm=state.core.dissipated_nmm if state.core is not None else None,
+                torn_cells=int(state.core.torn.sum()) if state.core is not None and len(state.core.torn) else None,
+                dent_mm=deepest if state.core is not None else None,
             )
         )
     return tuple(forces)

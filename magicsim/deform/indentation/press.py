@@ -14,9 +14,9 @@ from magicsim.config.ranges import check_number
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.indentation.path import PathForce, PressResult, path_forces, timed_poses
+from magicsim.deform.lattice.core_failure import CoreLaw, weakened
 from magicsim.deform.lattice.relaxation import body_branches
 from magicsim.deform.lattice.structure import box_lattice, build_lattice
-from magicsim.deform.lattice.yielding import FlowLaw
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.solve.iterate import Progress, part_of
 from magicsim.deform.solve.ladder import Rung, rung_names
@@ -24,7 +24,7 @@ from magicsim.deform.solve.path import MAX_ITERATIONS, ContactSolver
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.indenter import Indenter, place_object
-from magicsim.geometry.limits import LimitsWatch
+from magicsim.geometry.limits import WHOLE, CoreFailure, LimitsWatch
 from magicsim.geometry.objects.plain import SphereObject
 from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.waiting import Told, on_stderr, unheard, waiting
@@ -80,6 +80,8 @@ def press(
     speed_mm_s: float | None = None,
     hold_s: float = 0.0,
     infill_yield_mpa: float | None = None,
+    wall_buckling_strain: float | None = None,
+    wall_tear_elongation: float | None = None,
     release: bool = False,
     tolerance_mm: float = 0.002,
     max_iterations: int = MAX_ITERATIONS,
@@ -100,6 +102,8 @@ def press(
         speed_mm_s: Speed of the object on a path that takes time [mm/s]; the body must have a Prony series.
         hold_s: Time at the end of such a path [s].
         infill_yield_mpa: Shear stress at which the infill flows [MPa]; it never does by default, nor on a timed path.
+        wall_buckling_strain: Squeeze along a wall from which on it carries no more; none does by default.
+        wall_tear_elongation: Elongation at which walls tear; none does by default, nor on a timed path.
         release: Whether the object is lifted off at the end, which leaves a dent where the infill has flowed.
         tolerance_mm: Largest penetration at any contact point [mm].
         max_iterations: Iterations at one place of the path before the press is given up.
@@ -119,10 +123,15 @@ def press(
     check_number("max_iterations", max_iterations, 1, MOST_ITERATIONS, whole=True)
     _check_range("tolerance_mm", tolerance_mm, 1e-6, MAX_TOLERANCE_MM, "a tenth of a millimetre")
     _check_time(speed_mm_s, hold_s, twist_deg)
-    if speed_mm_s is not None and infill_yield_mpa is not None:
-        raise ConfigError("infill_yield_mpa is not allowed with speed_mm_s: a timed path has no flow of the infill")
-    if release and infill_yield_mpa is None:
-        raise ConfigError("release is not allowed without infill_yield_mpa: nothing else leaves a dent")
+    failure = CoreFailure(
+        infill_yield_mpa=infill_yield_mpa, wall_buckling_strain=wall_buckling_strain,
+        wall_tear_elongation=wall_tear_elongation,
+    )  # fmt: skip
+    if speed_mm_s is not None and failure.is_remembered:
+        name = "infill_yield_mpa" if infill_yield_mpa is not None else "wall_tear_elongation"
+        raise ConfigError(f"{name} is not allowed with speed_mm_s: on a timed path no infill flows and no wall tears")
+    if release and not failure.is_remembered:
+        raise ConfigError("release is not allowed without infill_yield_mpa or wall_tear_elongation: nothing else lasts")
     stages = [((0.0, 0.0), 0.0), (shear_mm, 0.0), (shear_mm, twist_deg)]
     stages = [stage for number, stage in enumerate(stages) if number == 0 or stage != stages[number - 1]]
     poses = [
@@ -147,7 +156,7 @@ def press(
             steps,
             twists,
             friction=friction,
-            infill_yield_mpa=infill_yield_mpa,
+            failure=failure,
             tolerance_mm=tolerance_mm,
             max_iterations=max_iterations,
             progress=progress or share,
@@ -163,6 +172,8 @@ def press_curve(
     *,
     friction: float = 0.0,
     infill_yield_mpa: float | None = None,
+    wall_buckling_strain: float | None = None,
+    wall_tear_elongation: float | None = None,
     tolerance_mm: float = 0.002,
     max_iterations: int = MAX_ITERATIONS,
     progress: Progress | None = None,
@@ -179,6 +190,8 @@ def press_curve(
         depths_mm: Depths from first contact along +z, each larger than the one before [mm].
         friction: Coulomb's coefficient between object and face.
         infill_yield_mpa: Shear stress at which the infill flows [MPa]; it never does by default.
+        wall_buckling_strain: Squeeze along a wall from which on it carries no more; none does by default.
+        wall_tear_elongation: Elongation at which walls tear; none does by default.
         tolerance_mm: Largest penetration at any contact point [mm].
         max_iterations: Iterations at one place of the path before the press is given up.
         progress: Told after every iteration, see `Progress`.
@@ -209,11 +222,14 @@ def press_curve(
             steps,
             twists,
             friction=friction,
-            infill_yield_mpa=infill_yield_mpa,
+            failure=CoreFailure(
+                infill_yield_mpa=infill_yield_mpa, wall_buckling_strain=wall_buckling_strain,
+                wall_tear_elongation=wall_tear_elongation,
+            ),
             tolerance_mm=tolerance_mm,
             max_iterations=max_iterations,
             progress=progress or share,
-        )
+        )  # fmt: skip
     _mind_limits(design, result)
     return PressCurve(result=result)
 
@@ -224,7 +240,7 @@ def follow(
     twists_deg: Sequence[float],
     *,
     friction: float,
-    infill_yield_mpa: float | None = None,
+    failure: CoreFailure = WHOLE,
     tolerance_mm: float,
     max_iterations: int = MAX_ITERATIONS,
     progress: Progress | None,
@@ -236,7 +252,7 @@ def follow(
         steps: Poses along the path, and the time that each step takes [s]; infinite on a quasi-static path.
         twists_deg: Turn about z of each pose on the path [degrees].
         friction: Coulomb's coefficient between object and face.
-        infill_yield_mpa: Shear stress at which the infill flows [MPa].
+        failure: How the core fails; not at all by default.
         tolerance_mm: Largest penetration at any contact point [mm].
         max_iterations: Iterations at one place of the path before the press is given up.
         progress: Told after every iteration, see `Progress`.
@@ -249,7 +265,7 @@ def follow(
     compile_kernels()
     start = time.perf_counter()
     poses = [pose for pose, _ in steps]
-    lattice = build_lattice(design, zone=contact_zone(poses, design))
+    lattice = weakened(build_lattice(design, zone=contact_zone(poses, design)), failure)
     solver = ContactSolver(
         lattice,
         tolerance_mm=tolerance_mm,
@@ -257,7 +273,7 @@ def follow(
         friction=friction,
         point_spacing_mm=point_spacing_mm(poses[0].shape),
         branches=body_branches(design, lattice) if math.isfinite(steps[0][1]) else None,
-        flow=FlowLaw.of(design, lattice, infill_yield_mpa),
+        core=CoreLaw.of(design, lattice, failure),
     )
     states: list[Deformation] = []
     for number, (pose, dt) in enumerate(steps):

@@ -19,7 +19,7 @@ import numba as nb
 import numpy as np
 
 from magicsim.arrays import Array, Index, Mask
-from magicsim.deform.lattice.cell_kernels import add_stiffness, evaluate_cells
+from magicsim.deform.lattice.cell_kernels import FOLLOWED, add_stiffness, evaluate_cells
 from magicsim.deform.lattice.hexahedron import CORNERS, EDGES, gauss_geometry, network_matrices, spring_matrices
 from magicsim.deform.lattice.membrane import Membrane
 from magicsim.deform.lattice.pattern import BlockPattern
@@ -102,7 +102,7 @@ class Elasticity:
             springs=springs,
             log_modulus_mpa=lattice.shear_modulus_mpa,
             walls=lattice.wall_modulus_mpa * volumes / 4,
-            wall_ratio=lattice.shear_modulus_mpa / np.maximum(2 * lattice.wall_modulus_mpa, TINY),
+            wall_ratio=_wall_ratio(lattice),
             edges_mm=np.linalg.norm(corners[:, EDGES[:, 1]] - corners[:, EDGES[:, 0]], axis=2),
             table=Table.below(lattice),
             coat=Membrane.on(lattice),
@@ -178,6 +178,14 @@ def bending_springs(boxes_mm: Array, corners_mm: Array, springs: Array, modulus_
     affine, _ = np.linalg.qr(np.concatenate([np.ones((len(corners_mm), 8, 1)), centred], 2))
     rest = np.eye(8) - affine @ affine.transpose(0, 2, 1)
     return np.asarray(rest @ difference @ rest)
+
+
+def _wall_ratio(lattice: Lattice) -> Array:
+    """Where the law of each cell's walls is bounded, shape (cells,), see `cell_kernels`; earlier where walls buckle."""
+    ratio = lattice.shear_modulus_mpa / np.maximum(2 * lattice.wall_modulus_mpa, TINY)
+    if lattice.wall_buckling_strain is None:
+        return ratio
+    return np.minimum(ratio, ((1 - lattice.wall_buckling_strain) ** -2 - 1) / (2 * FOLLOWED))
 
 
 def _have_spring_weights(corners_mm: Array, sizes_mm: Array) -> Mask:

@@ -83,6 +83,8 @@ class Lattice:
     """Table below the base; None where it is bonded."""
     face: Dome | HeightMap | None = None
     """Shape of the contact face; planes and sizes then are those of the box that is mapped. None is flat."""
+    wall_buckling_strain: float | None = None
+    """Squeeze along a wall from which on it carries no more; None where it does not buckle."""
     coat_n_per_mm: float = 0.0
     """Thickness times shear modulus of the coat on the contact face [N/mm]; 0 where it has none, or no stiffness."""
 

@@ -15,7 +15,7 @@ scale, is never negative, since b_i grows with e_i.
 
 Left out: that the infill loses less along the walls than across (the drop of the modulus is 14 % too small in shear
 between the walls and 32 % too large along them in `mini-magictac`), that an infill that flows in one corner of its cell
-does not yet in another, and walls that buckle or tear.
+does not yet in another.
 
 Reference: Simo, Comput. Meth. Appl. Mech. Eng. 99 (1992) 61.
 """
@@ -31,23 +31,12 @@ from magicsim.deform.lattice.cell_problem import cell_fields, printed_fields
 from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS, network_matrices
 from magicsim.deform.lattice.structure import Lattice
+from magicsim.deform.lattice.tearing import NO_SHEAR
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 
 MOST_YIELD_MPA = 10.0
-NO_SHEAR = 1e-3
-"""Shear modulus of an infill that carries none, in units of its own."""
 HALVINGS = 40
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class YieldState:
-    """Memory of an infill that flows."""
-
-    tensors: Array
-    """A at the Gauss points of the cells that can flow, shape (cells, 8, 3, 3)."""
-    dissipated_nmm: float
-    """Energy that has become heat since the path began [N mm]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,55 +78,40 @@ class FlowLaw:
             shear=float(yield_mpa / infill.shear_modulus_mpa / more),
         )
 
+    def rest(self) -> Array:
+        """Metrics A of an infill that has never flowed, shape (cells, 8, 3, 3)."""
+        return np.tile(np.eye(3), (len(self.cells), 8, 1, 1))
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Yielding:
-    """A lattice whose infill can flow."""
-
-    elasticity: Elasticity
-    """The lattice at rest."""
-    law: FlowLaw
-
-    def rest(self) -> YieldState:
-        """Infill that has never flowed."""
-        return YieldState(tensors=np.tile(np.eye(3), (len(self.law.cells), 8, 1, 1)), dissipated_nmm=0.0)
-
-    def at(self, state: YieldState) -> Elasticity:
-        """The energy of the lattice with its infill as it has flowed; that of rest where it has not."""
-        if state.dissipated_nmm == 0:
-            return self.elasticity
-        elasticity, cells = self.elasticity, self.law.cells
-        network = self.law.modulus_mpa * (state.tensors - np.eye(3))
+    def flowed(self, elasticity: Elasticity, tensors: Array) -> Elasticity:
+        """The energy of a lattice with its infill as it has flowed, metrics of shape (cells, 8, 3, 3)."""
+        network = self._moduli_mpa(elasticity)[:, None, None, None] * (tensors - np.eye(3))
         springs = elasticity.springs.copy()
-        springs[cells] += network_matrices(elasticity.inverse[cells], elasticity.weights[cells], network)
+        springs[self.cells] += network_matrices(elasticity.inverse[self.cells], elasticity.weights[self.cells], network)
         return replace(elasticity, springs=springs)
 
-    def advanced(self, state: YieldState, positions: Array) -> YieldState:
-        """The infill after a step from a state to node positions, shape (nodes, 3) [mm]."""
-        elasticity, law = self.elasticity, self.law
-        corners = positions.T[:, elasticity.lattice.cells[law.cells]].transpose(1, 0, 2)
-        f = corners[:, None] @ GAUSS_GRADIENTS @ elasticity.inverse[law.cells]
-        values, axes = np.linalg.eigh(f @ state.tensors @ f.swapaxes(-1, -2))
+    def advanced(self, elasticity: Elasticity, tensors: Array, positions: Array) -> tuple[Array, float]:
+        """Metrics after a step to node positions, shape (nodes, 3) [mm], and the heat that flows on it [N mm]."""
+        corners = positions.T[:, elasticity.lattice.cells[self.cells]].transpose(1, 0, 2)
+        f = corners[:, None] @ GAUSS_GRADIENTS @ elasticity.inverse[self.cells]
+        values, axes = np.linalg.eigh(f @ tensors @ f.swapaxes(-1, -2))
         strain = np.log(values) / 2
         mean = strain.mean(-1, keepdims=True)
         deviator = strain - mean
-        flows = _shear(deviator) > law.shear
+        flows = _shear(deviator) > self.shear
         if not flows.any():
-            return state
+            return tensors, 0.0
         deviator, mean, axes, f = deviator[flows], mean[flows], axes[flows], f[flows]
-        scale = _scale(deviator, law.shear)[:, None]
+        scale = _scale(deviator, self.shear)[:, None]
         metric = np.exp(2 * (mean + scale * deviator))
         inverse = np.linalg.inv(f) @ axes
-        tensors = state.tensors.copy()
-        tensors[flows] = (inverse * metric[:, None]) @ inverse.swapaxes(-1, -2)
-        heat = law.modulus_mpa * ((1 - scale) * deviator * metric).sum(1) * elasticity.weights[law.cells][flows]
-        return YieldState(tensors=tensors, dissipated_nmm=state.dissipated_nmm + float(heat.sum()))
+        changed = tensors.copy()
+        changed[flows] = (inverse * metric[:, None]) @ inverse.swapaxes(-1, -2)
+        weights = (self._moduli_mpa(elasticity)[:, None] * elasticity.weights[self.cells])[flows]
+        return changed, float((((1 - scale) * deviator * metric).sum(1) * weights).sum())
 
-    def stored_nmm(self, state: YieldState, positions: Array) -> float:
-        """Energy that a state keeps at node positions, shape (nodes, 3) [N mm]."""
-        found = self.at(state).evaluate(positions)
-        volume = self.elasticity.lattice.lame_mpa * self.elasticity.volumes * (found.jacobian - 1) ** 2
-        return found.energy_mj + float(volume.sum()) / 2
+    def _moduli_mpa(self, elasticity: Elasticity) -> Array:
+        """Delta mu of each cell, shape (cells,) [MPa]; no more than what a cell has left that is torn."""
+        return np.minimum(self.modulus_mpa, elasticity.log_modulus_mpa[self.cells])
 
 
 def _shear(deviator: Array) -> Array:

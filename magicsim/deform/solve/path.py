@@ -13,10 +13,10 @@ from magicsim.arrays import Array
 from magicsim.deform.contact.augmented import dragged_anchors
 from magicsim.deform.contact.face import POINT_SPACING_MM
 from magicsim.deform.deformation import Deformation, border_gaps_mm, touching_points
+from magicsim.deform.lattice.core_failure import CoreLaw, CoreState, FailingCore
 from magicsim.deform.lattice.relaxation import Branches, Relaxation
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import has_settled
-from magicsim.deform.lattice.yielding import FlowLaw, Yielding
 from magicsim.deform.overlap import burial_fault, overlap_fault
 from magicsim.deform.quality import NewtonOptions
 from magicsim.deform.solve.condensed import Condenser
@@ -66,9 +66,14 @@ SHORTEST_FEATURE_MM = 0.1
 MAX_ITERATIONS = 2000
 """Iterations of one equilibrium before a press is given up, all load steps and restarts together. Time is bounded in
 work, so that it never decides about a result; the 649 presses of `benchmarks/stress.py` need at most 874."""
-FLOW_STEP_MM, FLOW_ROUNDS, FLOW_TOLERANCE = 0.1, 40, 1e-3
-"""Longest way between two states of an infill that flows [mm]; most equilibria for one of them, and the change of its
-metrics that ends them: assumed."""
+FAILURE_STEP_MM, FLOW_ROUNDS, FLOW_TOLERANCE = 0.1, 40, 1e-3
+"""Longest way between two states of a core that fails [mm]; most equilibria for one of them, and the change of the
+infill's metrics that ends them: assumed."""
+STALLED = 0.9
+"""Change of metrics in units of the least so far from which on only half of it is taken: assumed."""
+TEAR_SHARE, LEAST_TEAR_SHARE = 0.25, 1 / 64
+"""Share of walls that is gone first on the way from one equilibrium to the next; the least of a step that is tried
+again where none is found: assumed."""
 LONGER = 4
 """How much longer the load steps of a path are that is begun again: they do not meet the snaps of a face between the
 bumps of a texture at all; assumed."""
@@ -78,6 +83,10 @@ def waiting(indenter: Indenter) -> Indenter:
     """An object that has left the face, just clear of it where it is: nothing depends on how far away it is."""
     lifted = np.array([0.0, 0.0, max(0.0, -RAISED_MM - indenter.top_mm())])
     return replace(indenter, pose=replace(indenter.pose, position_mm=indenter.pose.position_mm + lifted))
+
+
+def _has_failed(state: Deformation) -> bool:
+    return state.core is not None and state.core.has_failed
 
 
 class ContactSolver:
@@ -95,7 +104,7 @@ class ContactSolver:
         point_spacing_mm: float = POINT_SPACING_MM,
         branches: Branches | None = None,
         recovers: bool = False,
-        flow: FlowLaw | None = None,
+        core: CoreLaw | None = None,
         max_iterations: int = MAX_ITERATIONS,
     ) -> None:
         """Prepares a lattice.
@@ -109,11 +118,11 @@ class ContactSolver:
             point_spacing_mm: Largest distance between contact points at rest [mm].
             branches: Relaxation of a timed path; None is the quasi-static, long-term response.
             recovers: Whether a dent goes on recovering where nothing touches; it needs branches.
-            flow: How the infill flows; it keeps a dent. None where it does not; not on a timed path.
+            core: How the core flows and tears, which is remembered. None where it does not; not on a timed path.
             max_iterations: Bound of one equilibrium, see `MAX_ITERATIONS`.
         """
         self.max_iterations = max_iterations
-        self.recovers = (recovers and branches is not None) or flow is not None
+        self.recovers = recovers and branches is not None
         self.lattice = lattice
         self.max_step_mm = max_step_mm
         self._problem = Problem.of(
@@ -124,7 +133,7 @@ class ContactSolver:
             branches=branches,
         )
         self._relaxation = Relaxation.of(self._problem.elasticity, branches) if branches is not None else None
-        self._yielding = Yielding(elasticity=self._problem.elasticity, law=flow) if flow is not None else None
+        self._core = FailingCore(elasticity=self._problem.elasticity, law=core) if core is not None else None
         self._condenser = Condenser()
         rest = Deformation.rest(lattice, self._problem.face)
         self._rest = replace(rest, relaxation=self._relaxation.rest()) if self._relaxation is not None else rest
@@ -157,15 +166,15 @@ class ContactSolver:
         touches = self.can_touch(indenter)
         if not touches:
             self._refuse_overlap(self._rest, indenter)
-            if not self.recovers or previous is None or previous.pose is None:
+            if previous is None or previous.pose is None or not (self.recovers or _has_failed(previous)):
                 return self._rest
             indenter = waiting(indenter)
         elif (buried := burial_fault(self.lattice, indenter)) is not None:
             raise ConvergenceError(buried)
         start = previous if previous is not None and previous.pose is not None else self._rest
         problem, effort = self._timed(start, dt_s), Effort(progress=progress, most=self.max_iterations)
-        if self._yielding is not None:
-            return self._flow_along(self._yielding, indenter, start, effort)
+        if self._core is not None:
+            return self._fail_along(self._core, indenter, start, effort)
         state = self._follow_path(problem, indenter, start, effort)
         if state is None and self._forgets_its_path:
             effort.restarts, effort.rungs = 1, frozenset((Rung.FEWER,))
@@ -186,26 +195,65 @@ class ContactSolver:
         positions = self.lattice.nodes_mm + state.displacements_mm
         return replace(state, relaxation=self._relaxation.advanced(start.relaxation, positions, dt_s=dt_s))
 
-    def _flow_along(self, yielding: Yielding, indenter: Indenter, start: Deformation, effort: Effort) -> Deformation:
-        """The end of a way on which the infill flows, step by step, each with metrics that fit its equilibrium."""
+    def _fail_along(self, core: FailingCore, indenter: Indenter, start: Deformation, effort: Effort) -> Deformation:
+        """The end of a way on which the core fails, step by step: infill flows, then walls tear while nothing moves."""
         first = start.pose or first_contact(indenter)
-        count = max(1, math.ceil(way_length_mm(first, indenter.pose, reach_mm(start, first)) / FLOW_STEP_MM - ROUNDING))
+        count = max(
+            1, math.ceil(way_length_mm(first, indenter.pose, reach_mm(start, first)) / FAILURE_STEP_MM - ROUNDING)
+        )
         state = start
         for step in range(1, count + 1):
             pose = indenter.pose if step == count else pose_between(first, indenter.pose, step / count)
-            before = now = state.yielded or yielding.rest()
-            for _ in range(FLOW_ROUNDS):
-                problem = replace(self._problem, elasticity=yielding.at(now))
-                found = self._follow_path(problem, replace(indenter, pose=pose), state, effort)
-                if found is None:
-                    raise ConvergenceError(report(problem, effort))
-                last, now = now, yielding.advanced(before, self.lattice.nodes_mm + found.displacements_mm)
-                state = replace(found, yielded=now)
-                if np.abs(now.tensors - last.tensors).max(initial=0.0) <= FLOW_TOLERANCE:
-                    break
-            else:
-                raise ConvergenceError(f"the infill's flow does not converge in {FLOW_ROUNDS} equilibria of one step")
+            moved = replace(indenter, pose=pose)
+            now, state = self._flowed(core, moved, state.core or core.rest(), state, effort)
+            while (torn := self._torn(core, moved, now, state, effort)) is not None:
+                now, state = torn
+            state = replace(state, core=now)
         return state
+
+    def _torn(
+        self, core: FailingCore, indenter: Indenter, before: CoreState, start: Deformation, effort: Effort
+    ) -> tuple[CoreState, Deformation] | None:
+        """The equilibrium after the next walls have torn while the object stays; None where all hold."""
+        places, now, state = self.lattice.nodes_mm + start.displacements_mm, before, start
+        cells = core.next_torn(before, places)
+        if len(cells) == 0:
+            return None
+        gone, step = 0.0, TEAR_SHARE
+        while gone < 1:
+            torn = before.torn.copy()
+            torn[cells] = share = min(gone + step, 1.0)
+            try:
+                now, state = self._flowed(core, indenter, replace(now, torn=torn), state, effort)
+            except ConvergenceError:
+                step /= 2
+                if step < LEAST_TEAR_SHARE:
+                    raise
+            else:
+                gone, step = share, 2 * step
+        less = core.stored_nmm(before, places) - core.stored_nmm(now, self.lattice.nodes_mm + state.displacements_mm)
+        return replace(now, dissipated_nmm=before.dissipated_nmm + max(less, 0.0)), state  # below 0 by rounding alone
+
+    def _flowed(
+        self, core: FailingCore, indenter: Indenter, before: CoreState, start: Deformation, effort: Effort
+    ) -> tuple[CoreState, Deformation]:
+        """An equilibrium and the core that fits it, found by turns; what is torn stays as it is."""
+        now, share, least = before, 1.0, math.inf
+        for _ in range(FLOW_ROUNDS):
+            problem = replace(self._problem, elasticity=core.at(now))
+            # from the same start in every round: friction would go on slipping from one to the next
+            found = self._follow_path(problem, indenter, start, effort)
+            if found is None:
+                raise ConvergenceError(report(problem, effort))
+            flowed = core.flowed(before, self.lattice.nodes_mm + found.displacements_mm)
+            off = float(np.abs(flowed.tensors - now.tensors).max(initial=0.0))
+            if off <= FLOW_TOLERANCE:
+                return flowed, replace(found, core=flowed)
+            if off > STALLED * least:  # a point that is beyond yield in every other round
+                share /= 2
+            least = min(off, least)
+            now = replace(flowed, tensors=now.tensors + share * (flowed.tensors - now.tensors))
+        raise ConvergenceError(f"the infill's flow does not converge in {FLOW_ROUNDS} equilibria of one step")
 
     def _refuse_overlap(self, state: Deformation, indenter: Indenter) -> None:
         """Raises ConvergenceError where the object lies inside the block between its contact points."""
@@ -303,11 +351,11 @@ class ContactSolver:
     def _has_passed_through(self, iterate: Iterate | None) -> bool:
         """Whether nothing presses back, as around an object that has pierced the face: not an answer below an object.
 
-        On a timed path it is one, a dent that still recovers, and so it is where a dent of the infill stays.
+        On a timed path it is one, a dent that still recovers, and so it is where a core has failed.
         """
         return (
             self._relaxation is None
-            and self._yielding is None
+            and self._core is None
             and iterate is not None
             and lift(self._problem, iterate) <= LEAST_LIFT
         )

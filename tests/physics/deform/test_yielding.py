@@ -11,8 +11,9 @@ from scipy.optimize import brentq
 from magicsim import load_design, load_object, press, press_limits
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.indentation import bearing
+from magicsim.deform.lattice.core_failure import CoreLaw, FailingCore
 from magicsim.deform.lattice.structure import Lattice, TableTop, box_lattice
-from magicsim.deform.lattice.yielding import FlowLaw, Yielding
+from magicsim.deform.lattice.yielding import FlowLaw
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConfigError
 from magicsim.geometry.indenter import place_object
@@ -31,13 +32,14 @@ def layer() -> tuple[Lattice, FlowLaw]:
     return replace(lattice, table=TableTop(friction=0.0, weight_mpa=0.0), is_mirrored=True), law
 
 
-def compressed(depths_mm: Sequence[float]) -> Iterator[tuple[float, Deformation, Yielding]]:
-    lattice, law = layer()
-    solver, state = ContactSolver(lattice, tolerance_mm=1e-5, flow=law), None
-    yielding = Yielding(elasticity=solver._problem.elasticity, law=law)
+def compressed(depths_mm: Sequence[float]) -> Iterator[tuple[float, Deformation, FailingCore]]:
+    lattice, flow = layer()
+    law = CoreLaw(flow=flow)
+    solver, state = ContactSolver(lattice, tolerance_mm=1e-5, core=law), None
+    core = FailingCore(elasticity=solver._problem.elasticity, law=law)
     for depth in depths_mm:
         state = solver.solve(place_object(PLATE, gap_mm=-depth), state)
-        yield depth, state, yielding
+        yield depth, state, core
 
 
 def axial_strain_at_yield() -> float:
@@ -80,13 +82,13 @@ def test_heat_is_never_negative_and_work_is_what_is_stored_and_dissipated():
     for steps in (5, 10, 20):
         depths = np.linspace(0, 0.2, steps + 1)[1:].round(9)
         work, before, heat = 0.0, (0.0, 0.0), 0.0
-        for depth, state, yielding in compressed([*depths, *depths[-2 : steps // 2 - 1 : -1]]):
-            force, memory = float(state.force_n[2]), state.yielded
+        for depth, state, core in compressed([*depths, *depths[-2 : steps // 2 - 1 : -1]]):
+            force, memory = float(state.force_n[2]), state.core
             assert memory is not None
             assert memory.dissipated_nmm >= heat
             work += (force + before[0]) / 2 * (depth - before[1])
             before, heat = (force, depth), memory.dissipated_nmm
-            stored = yielding.stored_nmm(memory, yielding.elasticity.lattice.nodes_mm + state.displacements_mm)
+            stored = core.stored_nmm(memory, core.elasticity.lattice.nodes_mm + state.displacements_mm)
         misfits.append(abs(work - heat - stored) / heat)
         assert heat > 0.4 * work, misfits
     assert misfits[-1] < 0.003
@@ -143,7 +145,7 @@ def test_skin_of_a_block_whose_infill_flows_is_found_with_less_force(monkeypatch
             {"infill_yield_mpa": 0.0},
             "infill_yield_mpa = 0 is not allowed: must be",
         ),
-        ("mini-magictac", {"release": True}, "release is not allowed without infill_yield_mpa"),
+        ("mini-magictac", {"release": True}, "release is not allowed without infill_yield_mpa or wall_tear"),
         ("mini-magictac-rate", {"infill_yield_mpa": 0.01, "speed_mm_s": 1.0}, "not allowed with speed_mm_s"),
     ],
 )

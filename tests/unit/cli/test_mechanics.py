@@ -52,9 +52,9 @@ def test_press_says_what_the_print_bears(shell: Shell):
     weak = ["--set", "limits.elongation_at_break=[0.02,9]", "--set", "limits.tensile_strength_mpa=[8,9]"]
     found = shell.json("press", *COARSE, *BALL, "--depth-mm", 0.5, "--limits", *weak)
     assert list(found) == [
-        "yield_depth_mm", "yield_force_n", "tear_depth_mm", "tear_force_n", "recommended_depth_mm",
-        "recommended_force_n", "recommended_by", "onsets", "stopped", "spacing_mm", "skin_layers", "seconds", "history",
-        "design_limits",
+        "yield_depth_mm", "yield_force_n", "tear_depth_mm", "tear_force_n", "wall_tear_depth_mm", "wall_tear_force_n",
+        "recommended_depth_mm", "recommended_force_n", "recommended_by", "onsets", "stopped", "spacing_mm",
+        "skin_layers", "seconds", "history", "design_limits",
     ]  # fmt: skip
     assert 0 < found["tear_depth_mm"][0] < 0.5
     assert found["tear_depth_mm"][1] is None

@@ -32,7 +32,7 @@ def test_a_scene_presses_as_press_does_heats_up_and_keeps_a_dent():
     found = press(load_design("mini-magictac", BLOCK), load_object("sphere:radius_mm=4"), depth_mm=0.4,
                   infill_yield_mpa=0.001)  # fmt: skip
     assert states[1].force_n[2] == pytest.approx(found.force_n[2], rel=5e-3)
-    heat = [each.yielded.dissipated_nmm for each in states]
+    heat = [each.core.dissipated_nmm for each in states]
     assert heat == sorted(heat)
     assert heat[1] == pytest.approx(found.history[-1].dissipated_nmm, rel=0.05)
     for left in states[2:4]:
