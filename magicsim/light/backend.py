@@ -4,7 +4,7 @@ They are untyped here: their stubs describe all variants at once. Dr.Jit looks f
 so the right one must be named before that.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -62,6 +62,32 @@ def aligned(values: npt.NDArray[Any], kind: npt.DTypeLike) -> npt.NDArray[Any]:
     copy = room[start : start + source.size * np.dtype(kind).itemsize].view(kind).reshape(source.shape)
     copy[...] = source
     return copy
+
+
+def box_number(point: Any, origin: Sequence[float], size: Sequence[float], counts: Sequence[int]) -> Any:
+    """Number of the box of a regular grid that holds each point, x fastest, mi.UInt32; points outside have the nearest.
+
+    The low corner of the grid and a box's edges are in the points' unit; opaque: the compiled kernel serves any grid.
+    """
+    first, per_unit, last = (
+        [dr.opaque(mi.Float, float(value)) for value in values]
+        for values in (origin, np.float32(1) / np.asarray(size, np.float32), np.asarray(counts) - 0.5)
+    )
+    columns, rows = (dr.opaque(mi.UInt32, count) for count in counts[:2])
+    x, y, z = (mi.UInt32(dr.clip((point[axis] - first[axis]) * per_unit[axis], 0, last[axis])) for axis in range(3))
+    return x + columns * (y + rows * z)
+
+
+def copied(size: int) -> int:
+    """Power of two that holds so many elements: every thread adds to a copy, whose size stands in the kernel."""
+    return 1 << max(0, size - 1).bit_length()
+
+
+def pointer(shape: Any) -> Any:
+    """A shape, or none, for comparison with hits, mi.ShapePtr; opaque: the compiled kernel serves any sensor."""
+    found = mi.ShapePtr(shape)
+    dr.make_opaque(found)
+    return found
 
 
 def columns(values: npt.NDArray[Any]) -> list[npt.NDArray[np.float32]]:

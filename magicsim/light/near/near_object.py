@@ -8,7 +8,7 @@ import numpy as np
 from magicsim.arrays import Array, Index, Mask, Numbers
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
-from magicsim.light.backend import aligned, dr, mi
+from magicsim.light.backend import aligned, dr, mi, pointer
 from magicsim.light.near.ports import Ports
 from magicsim.light.records.recorded_paths import RecordedPaths, escaped, mirror_samples
 from magicsim.light.transport.path_starts import ObjectRays, object_rays
@@ -89,9 +89,7 @@ class NearObject:
             for first, second in ((sent.rays.o, lines.o), (sent.rays.d, lines.d))
         )
         both = mi.Ray3f(mi.Point3f(*origins), mi.Vector3f(*ways))
-        number, triangle, share, now, free = _met(
-            self.scene, mi.ShapePtr(self.object), block, room, self.matt, ports, both
-        )
+        number, triangle, share, now, free = _met(self.scene, pointer(self.object), block, room, self.matt, ports, both)
         areas = np.bincount(sent.triangle, sent.area_mm2, len(self.mesh.faces)).astype(np.float64)
         kernel = self._blended(self.placed)
         return Seen(
@@ -122,7 +120,7 @@ class NearObject:
         numbers = mi.UInt32(aligned(pixels, np.uint32))
         begin, end = (dr.gather(mi.UInt32, paths.first, numbers + step) for step in (0, 1))
         met = _mirrored(
-            self.scene, block, room, mi.ShapePtr(self.object), self.finish, ports.met, out, lit, paths.rays, begin, end,
+            self.scene, block, room, pointer(self.object), self.finish, ports.met, out, lit, paths.rays, begin, end,
             dr.opaque(mi.UInt64, seed),
         )  # fmt: skip
         return np.array(met, np.float64).T

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from magicsim.arrays import Array, Index, Mask, Numbers
-from magicsim.light.backend import aligned, dr, mi
+from magicsim.light.backend import aligned, dr, mi, pointer
 from magicsim.light.transport.cached_light import Elements
 from magicsim.light.transport.camera_pass import ROULETTE_WEIGHT
 from magicsim.light.transport.path_record import PathRecord, Regions
@@ -116,7 +116,7 @@ class RecordedPaths:
         lit = mi.Float(aligned(irradiance, np.float32).ravel())
         numbers = mi.UInt32(aligned(pixels, np.uint32))
         begin, end = (dr.gather(mi.UInt32, self.first, numbers + step) for step in (0, 1))
-        shape, lamps = mi.ShapePtr(outside.object), room is None
+        shape, lamps = pointer(outside.object), room is None
         room = environment if lamps else room
         met = _met_outside(outside.scene, room, shape, lit, finish, self.rays, begin, end, lamps)
         return np.array(met, np.float64).T
@@ -144,9 +144,7 @@ class RecordedPaths:
         if not len(chosen):
             return result
         numbers = mi.UInt32(aligned(chosen, np.uint32))
-        ray, weight = _mirror(
-            outside.scene, mi.ShapePtr(outside.object), finish, self.rays, numbers, seed, self.samples
-        )
+        ray, weight = _mirror(outside.scene, pointer(outside.object), finish, self.rays, numbers, seed, self.samples)
         kept = dr.compress(weight > 0)
         if not len(kept):
             return result
@@ -242,7 +240,7 @@ def record_paths(
             record, seen = trace(part, room)
         direct += seen / samples
         if regions is not None:
-            met |= np.array(record.met).reshape(met.shape)
+            met |= np.array(record.met)[: met.size].reshape(met.shape)
         (lane, cell, gains), (lane_outside, escaped) = taken
         lanes.append(lane_outside)
         escaped[:, WEIGHT] /= samples

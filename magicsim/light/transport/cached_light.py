@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from magicsim.arrays import Array
 from magicsim.geometry.elastomer import Elastomer
-from magicsim.light.backend import aligned, dr, mi
+from magicsim.light.backend import aligned, box_number, dr, mi
 from magicsim.light.world.medium import classify, free_path
 from magicsim.light.world.shapes import Shapes
 
@@ -67,11 +67,7 @@ class Voxels:
 
     def index(self, point: Any) -> Any:
         """Number of the voxel that holds a point."""
-        place = [
-            mi.UInt32(dr.clip((point[axis] - self.origin_mm[axis]) / self.size_mm[axis], 0, self.counts[axis] - 0.5))
-            for axis in range(3)
-        ]
-        return place[0] + self.counts[0] * (place[1] + self.counts[1] * place[2])
+        return box_number(point, self.origin_mm, self.size_mm, self.counts)
 
     def body_part(self, scene: Any, shapes: Shapes) -> BodyPart:
         """What each voxel holds of the body in the scene's present state."""

@@ -66,7 +66,7 @@ def gather_radiance(
     infill, body, ahead = constants.infill, constants.body, Coefficients.of(forward or media.infill)
     environment, lamps = shapes.environment if shapes.room is None else shapes.room, shapes.room is None
     collisions, waiting_collisions, waiting_inside = mi.UInt32(0), mi.UInt32(0), mi.Bool(True)
-    at = Whereabouts.unknown()
+    at, cells = Whereabouts.unknown(), dr.opaque(mi.UInt32, shapes.cells)
     coating, asked, waiting_asked = shapes.coating, mi.UInt32(0), mi.UInt32(0)
     while active:
         # 1. A fresh lane starts the next path of its pixel.
@@ -126,7 +126,7 @@ def gather_radiance(
             share = (1 - kept) * (body.albedo / (4 * dr.pi))
             radiance[active & crossed] += weight * before * cloud * share
             met = met.otherwise(
-                element=shapes.cells + light.body.voxels.index(ray(body_way)),
+                element=cells + light.body.voxels.index(ray(body_way)),
                 gain=weight.x * before * share,
                 place=ray(body_way),
                 active=active & crossed,
@@ -225,4 +225,5 @@ def gather_radiance(
         fresh = active & ~(alive | resume)
         index[fresh] += 1
         active &= ~fresh | (index < end)
+    dr.eval(radiance)  # the compiled kernel then serves any size of what it becomes
     return radiance

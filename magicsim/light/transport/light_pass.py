@@ -14,7 +14,7 @@ import numpy as np
 
 from magicsim.arrays import Array, Counts
 from magicsim.errors import RenderError
-from magicsim.light.backend import dr, mi
+from magicsim.light.backend import copied, dr, mi
 from magicsim.light.flaws.rough_surfaces import crossing
 from magicsim.light.flaws.scatterers import bump_ahead, turned
 from magicsim.light.transport.cached_light import Voxels
@@ -109,9 +109,9 @@ def deposit_tracks(
     # State of each lane: its particle, the sums of weight x length, where the light goes.
     sampler = mi.PCG32(size=1, initstate=mi.UInt64(number))
     ray, weight, brightest = dr.zeros(mi.Ray3f, lanes), mi.Color3f(0.0), mi.Float(0)
-    deposits = dr.zeros(mi.UInt64, 3 * shapes.cells * lights)
-    clouded = dr.zeros(mi.UInt64, 3 * (voxels.count if voxels is not None else 1) * lights)
-    landed = dr.zeros(mi.UInt64, 3 * shapes.object_triangles * lights)
+    sizes = [shapes.cells, voxels.count if voxels is not None else 1, shapes.object_triangles]
+    deposits, clouded, landed = (dr.zeros(mi.UInt64, copied(3 * size * lights)) for size in sizes)
+    cells, boxes, triangles, deepest = (dr.opaque(mi.UInt32, number) for number in (*sizes, max_depth))
     light = dr.zeros(mi.UInt32, lanes)
     constants = Constants.of(media)
     infill, body = constants.infill, constants.body
@@ -148,7 +148,7 @@ def deposit_tracks(
         # Expected track length up to the next collision or wall, instead of the sampled one.
         transmitted = dr.exp(-infill.sigma_t * bump.length)
         length = (1 - transmitted) / infill.sigma_t
-        cell += light * shapes.cells
+        cell += light * cells
         # Most lights have one colour, and adding nothing takes as long as adding something.
         for channel in range(3):
             amount = mi.UInt64(weight[channel] * length * FIXED_POINT)
@@ -167,7 +167,7 @@ def deposit_tracks(
             passed = dr.exp(-body.sigma_t * stretch)
             body_way = begin + free_path(sampler.next_float32(active), passed, body.sigma_t)
             body_length = (1 - passed) / body.sigma_t
-            place = light * voxels.count + voxels.index(ray(body_way))
+            place = light * boxes + voxels.index(ray(body_way))
             for channel in range(3):
                 amount = mi.UInt64(weight[channel] * body_length * FIXED_POINT)
                 dr.scatter_add(clouded, amount, place * 3 + channel, active & crossed & (amount > 0))
@@ -195,7 +195,7 @@ def deposit_tracks(
         sample1 = sampler.next_float32(active)
         sample2 = mi.Point2f(sampler.next_float32(active), sampler.next_float32(active))
         opaque = active & segment.opaque & ~scatter
-        triangle = light * shapes.object_triangles + si.prim_index
+        triangle = light * triangles + si.prim_index
         for channel in range(3):
             amount = mi.UInt64(weight[channel] * FIXED_POINT)
             dr.scatter_add(landed, amount, triangle * 3 + channel, opaque & (si.shape == object_pointer))
@@ -230,7 +230,7 @@ def deposit_tracks(
         keep = sampler.next_float32(active) < survive
         carried = mi.Color3f(weight)
         weight[roulette] *= dr.rcp(dr.maximum(survive, 1e-6))
-        going = si.is_valid() & (dr.max(weight) > 0) & (depth < max_depth) & (~roulette | keep)
+        going = si.is_valid() & (dr.max(weight) > 0) & (depth < deepest) & (~roulette | keep)
         if balance:
             escaped += dr.select(active & ~si.is_valid(), carried, 0)
             ended += dr.select(active & si.is_valid(), carried - dr.select(going, weight, 0), 0)
@@ -242,8 +242,8 @@ def deposit_tracks(
     account = [np.array(part + dr.zeros(mi.Color3f, lanes), np.float64).sum(1) for part in parts]
     names = ("emitted", "clear_body", "surfaces", "escaped", "ended")
     return Tracks(
-        cells=np.array(deposits).reshape(lights, -1, 3),
-        body=np.array(clouded).reshape(lights, -1, 3),
-        landed=np.array(landed).reshape(lights, -1, 3),
+        cells=np.array(deposits)[: 3 * lights * sizes[0]].reshape(lights, -1, 3),
+        body=np.array(clouded)[: 3 * lights * sizes[1]].reshape(lights, -1, 3),
+        landed=np.array(landed)[: 3 * lights * sizes[2]].reshape(lights, -1, 3),
         balance=Balance(**dict(zip(names, account, strict=True))) if balance else None,
     )

@@ -9,7 +9,7 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from magicsim.arrays import Array, Index, Mask
-from magicsim.light.backend import dr, mi
+from magicsim.light.backend import box_number, copied, dr, mi
 
 Bits = npt.NDArray[np.uint32]
 WORD = 32
@@ -52,11 +52,7 @@ class Regions:
 
     def index(self, point: Any) -> Any:
         """Number of the box of each point, mi.UInt32."""
-        place = [
-            mi.UInt32(dr.clip((point[axis] - self.origin_mm[axis]) / self.edge_mm, 0, self.counts[axis] - 0.5))
-            for axis in range(3)
-        ]
-        return place[0] + self.counts[0] * (place[1] + self.counts[1] * place[2])
+        return box_number(point, self.origin_mm, 3 * (self.edge_mm,), self.counts)
 
     def reach(self, vertices: Array, faces: npt.NDArray[np.int32]) -> sp.csr_matrix:
         """Which boxes the triangles of each vertex reach at rest, shape (boxes, vertices)."""
@@ -149,7 +145,7 @@ class PathRecord:
         fewer = capacity // SEGMENTS_PER_ESCAPE
         return cls(
             regions=regions,
-            met=dr.zeros(mi.UInt32, max(1, lanes * regions.words if regions is not None else 1)),
+            met=dr.zeros(mi.UInt32, copied(lanes * regions.words if regions is not None else 1)),
             # Opaque: the compiled kernel then serves any number of paths.
             turns=dr.opaque(mi.UInt32, turns),
             segment_room=dr.opaque(mi.UInt32, capacity),
@@ -171,8 +167,8 @@ class PathRecord:
         """Takes down that a lane's path met a surface at a point."""
         if self.regions is not None:
             box = self.regions.index(point)
-            bit = mi.UInt32(1) << (box % WORD)
-            dr.scatter_reduce(dr.ReduceOp.Or, self.met, bit, lane * self.regions.words + box // WORD, active)
+            bit, words = mi.UInt32(1) << (box % WORD), dr.opaque(mi.UInt32, self.regions.words)
+            dr.scatter_reduce(dr.ReduceOp.Or, self.met, bit, lane * words + box // WORD, active)
 
     def add_segment(self, number: Any, met: Gathered) -> None:
         """Takes down a way that scatters."""

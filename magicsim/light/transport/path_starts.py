@@ -36,8 +36,9 @@ class CameraStarts:
     """Rays from the pinhole, one lane a pixel, which takes its samples one after the other."""
 
     sensor: Any
-    columns: Any
-    rows: Any
+    per_column: Any
+    """Width of a pixel over that of the film, mi.Float of size 1."""
+    per_row: Any
     pixel: Any
     """Number of each lane's pixel in the whole film, mi.UInt32."""
     corner: Any
@@ -69,9 +70,10 @@ class CameraStarts:
         dr.eval(scramble, corner)
         # Opaque: the compiled kernel then serves any number of samples.
         per_pixel, begin, end = (dr.opaque(mi.UInt32, number) for number in (samples, part.start, part.stop))
+        across, down = (dr.opaque(mi.Float, float(np.float32(1) / np.float32(size))) for size in (columns, rows))
         return cls(
-            sensor=sensor, columns=columns, rows=rows, pixel=pixel, corner=corner, scramble=scramble, samples=per_pixel,
-            begin=begin, end=end,
+            sensor=sensor, per_column=across, per_row=down, pixel=pixel, corner=corner, scramble=scramble,
+            samples=per_pixel, begin=begin, end=end,
         )  # fmt: skip
 
     def stream(self, index: Any) -> Any:
@@ -82,7 +84,7 @@ class CameraStarts:
         """The first ray of each lane's path."""
         number, (across, down) = mi.UInt32(index), self.scramble
         right, below = mi.radical_inverse_2(number, across), mi.sobol_2(number, down)
-        position = mi.Point2f((self.corner.x + right) / self.columns, (self.corner.y + below) / self.rows)
+        position = mi.Point2f((self.corner.x + right) * self.per_column, (self.corner.y + below) * self.per_row)
         sampled = self.sensor.sample_ray(mi.Float(0), mi.Float(0.5), position, mi.Point2f(0.5, 0.5))
         return mi.Ray3f(sampled[0])
 

@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from magicsim.light.backend import columns, dr, mi
+from magicsim.light.backend import columns, dr, mi, pointer
 from magicsim.light.transport.light_starts import LightStarts
 from magicsim.light.world.outside import Outside
 
@@ -98,7 +98,7 @@ class RecordedLight:
         if not dr.width(self.brightest):  # the renderer ends the process where it is to trace no rays
             return None
         si = outside.scene.ray_intersect_preliminary(self.rays)
-        meets = si.is_valid() & (si.shape == mi.ShapePtr(outside.object))
+        meets = si.is_valid() & (si.shape == pointer(outside.object))
         if gone is not None:
             meets &= ~mi.Bool(gone[self.owners])
         kept = dr.compress(meets)

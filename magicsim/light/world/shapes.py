@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.backend import columns, dr, mi
+from magicsim.light.backend import columns, dr, mi, pointer
 from magicsim.light.cells.cell_faces import CellFaces
 from magicsim.light.world.medium import Segment, classify
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
@@ -58,7 +58,7 @@ class Shapes:
 
     def pointers(self) -> tuple[Any, Any, Any]:
         """Body, infill and object for comparison with hits; null, which no valid hit equals, where one is absent."""
-        return mi.ShapePtr(self.body), mi.ShapePtr(self.infill), mi.ShapePtr(self.object)
+        return pointer(self.body), pointer(self.infill), pointer(self.object)
 
 
 def lights(scene: Any) -> list[str]:
