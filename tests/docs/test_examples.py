@@ -18,10 +18,12 @@ from .pages import EXAMPLES, load
 SMALL_BLOCK = ["footprint_mm=[12,12]", "lattice.cells_across=0"]
 SMALL_RENDERING = [
     "design.footprint_mm=[12,16]", "rig.camera.columns=24", "rig.camera.rows=32", "rig.camera.field_mm=10",
+    "design.lattice.cells_across=0",
     "render.samples=2", "render.particles=4000",
 ]  # fmt: skip
 SMALL_SENSOR = [
     "design.lattice.spacing_mm=2", "rig.camera.columns=30", "rig.camera.rows=36", "render.samples=8", "references=3",
+    "design.lattice.cells_across=0",
     "render.particles=4000", "render.anchor_samples=8", "render.anchor_particles=8000",
 ]  # fmt: skip
 
@@ -166,6 +168,7 @@ def test_own_sensor_ends_in_frames_and_forces():
 
 SMALL_DOME = [
     "design.lattice.spacing_mm=2", "rig.camera.columns=20", "rig.camera.rows=26", "render.samples=64",
+    "design.lattice.cells_across=0",
     "render.anchor_samples=256", "references=3",
 ]  # fmt: skip
 
@@ -218,6 +221,7 @@ def test_domed_sensor_ends_in_labelled_frames(domed_sensor):
 
 TINY = [
     "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=2", "rig.camera.columns=24", "rig.camera.rows=32",
+    "design.lattice.cells_across=0",
     "rig.camera.field_mm=10", "render.samples=2", "render.particles=2000", "render.anchor_samples=2",
     "render.anchor_particles=4000",
 ]  # fmt: skip

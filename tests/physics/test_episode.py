@@ -23,6 +23,7 @@ TINY = (
     "render.anchor_samples=4",
     "render.anchor_particles=8000",
     "design.lattice.spacing_mm=2.0",
+    "design.lattice.cells_across=0",
     "references=2",
 )
 

@@ -148,7 +148,7 @@ def test_reference_agrees_with_the_bonded_layer_formula(depth_mm: float) -> None
 
 @pytest.mark.parametrize("text", ["box:size_mm=4x4x8", "punch:radius_mm=2", "cylinder:radius_mm=3,length_mm=8"])
 def test_every_kind_of_object_presses_the_default_design(text: str) -> None:
-    design = load_preset(ElastomerDesign, "design", "mini-magictac", ["footprint_mm=[14,14]"])
+    design = load_preset(ElastomerDesign, "design", "mini-magictac", ["footprint_mm=[10,10]"])
     result = press(design, parse_object(text), depth_mm=0.4)
     assert result.force_n[2] > 0
 

@@ -16,7 +16,8 @@ BALL = parse_object("sphere:radius_mm=4")
 def block(prony: str = "[{time_s=0.5,modulus_mpa=1.0},{time_s=20.0,modulus_mpa=1.0}]") -> ElastomerDesign:
     return load_preset(
         ElastomerDesign, "design", "uniform-block",
-        ["footprint_mm=[10,10]", "materials.body.poisson_ratio=0.499", "materials.body.youngs_modulus_mpa=1.0",
+        ["footprint_mm=[10,10]", "lattice.cells_across=0",
+         "materials.body.poisson_ratio=0.499", "materials.body.youngs_modulus_mpa=1.0",
          f"materials.body.prony={prony}"],
     )  # fmt: skip
 

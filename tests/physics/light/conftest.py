@@ -10,6 +10,7 @@ from magicsim.scenes.scene import SceneConfig, load_scene
 SMALL = (
     "rig=digit-rgb",
     "design.footprint_mm=[12,15]",
+    "design.lattice.cells_across=0",
     "rig.camera.field_mm=10",
     "rig.camera.columns=48",
     "rig.camera.rows=64",

@@ -7,6 +7,7 @@ from magicsim.scenes.timeline import View, timeline
 from magicsim.simulation.sensor import Sensor
 
 AGREEMENT = 0.01
+BLOCK = ("design.footprint_mm=[8,9]", "rig.camera.field_mm=7")
 
 
 def channel_means(scene, seeds):
@@ -24,8 +25,10 @@ def channel_means(scene, seeds):
 
 @pytest.mark.parametrize("name", ["rest", pytest.param("pressed", marks=pytest.mark.slow)])
 def test_fluence_agrees_with_path_tracing_in_mean_radiance(name, small_scene):
-    fluence, error = channel_means(small_scene(name, "render.particles=50000", "render.samples=8"), range(5))
-    path, path_error = channel_means(small_scene(name, "render.estimator=path", "render.samples=16"), range(100, 105))
+    fluence, error = channel_means(small_scene(name, *BLOCK, "render.particles=50000", "render.samples=8"), range(5))
+    path, path_error = channel_means(
+        small_scene(name, *BLOCK, "render.estimator=path", "render.samples=16"), range(100, 105)
+    )
     difference = np.abs(fluence / path - 1)
     noise = np.hypot(error / fluence, path_error / path)
     assert noise.max() < AGREEMENT, "too noisy to tell anything"

@@ -17,6 +17,8 @@ AGREEMENT = 0.06
 """Of the light that the other finger adds: its face counts as glowing alike in all directions, in two-millimetre
 squares, and as sending back diffusely what falls on it."""
 
+FEW_PIXELS = ("rig.camera.columns=24", "rig.camera.rows=32")
+
 
 def traced_pair(sensor, *, samples, seed):
     """Mean radiance of each channel by the path tracer, the whole other sensor before this one."""
@@ -84,7 +86,7 @@ def test_facing_finger_adds_the_light_that_a_path_tracer_with_two_sensors_finds(
 
 def test_far_finger_is_as_none_and_a_near_one_is_the_brighter_the_nearer(small_scene):
     anchored = ("render.anchor_samples=4", "render.anchor_particles=60000", "render.particles=6000")
-    sensor = Sensor.for_scene(small_scene("rest", *anchored))
+    sensor = Sensor.for_scene(small_scene("rest", *anchored, *FEW_PIXELS))
     states = [replace(UNTOUCHED, facing_mm=at) for at in (None, 1900.0, 20.0, 8.0)]
     alone, far, near, nearer = (sensor.radiance(state, sensor.rest).mean((0, 1)) for state in states)
     np.testing.assert_allclose(far, alone, rtol=1e-3)
@@ -96,7 +98,7 @@ def test_far_finger_is_as_none_and_a_near_one_is_the_brighter_the_nearer(small_s
 
 def test_companion_is_lit_and_seen_as_an_object_in_its_place(small_scene):
     anchored = ("render.anchor_samples=4", "render.anchor_particles=60000", "render.particles=6000")
-    sensor = Sensor.for_scene(small_scene("near", *anchored, "object.radius_mm=3"))
+    sensor = Sensor.for_scene(small_scene("near", *anchored, *FEW_PIXELS, "object.radius_mm=3"))
     twin = sensor.object.surface()
     colors = np.tile(np.array(sensor.object.color), (len(twin.vertices), 1))
     companion = replace(twin, colors=colors)

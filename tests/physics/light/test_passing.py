@@ -17,12 +17,13 @@ SMALL = (
     "rig=digit-rgb", "rig.camera.columns=48", "rig.camera.rows=56", "rig.camera.field_mm=7",
     "render.anchor_particles=150000",
     "design.footprint_mm=[8,9]", "render.particles=30000", "render.samples=16", "render.anchor_samples=32",
-    "object.radius_mm=3", "seed=5",
+    "object.radius_mm=3", "seed=5", "design.lattice.cells_across=0",
 )  # fmt: skip
 
 
 QUICK = (
-    "render.anchor_particles=4000", "render.particles=2000", "render.samples=4", "render.anchor_samples=4",
+    "render.anchor_particles=4000", "render.particles=2000", "render.samples=1", "render.anchor_samples=2",
+    "rig.camera.columns=12", "rig.camera.rows=14",
 )  # fmt: skip
 """Where frames are the same to the last bit, whatever their noise."""
 

@@ -2,6 +2,7 @@
 
 SMALL = [
     "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=1.2", "rig.camera.columns=24", "rig.camera.rows=32",
+    "design.lattice.cells_across=0",
     "rig.camera.field_mm=10", "render.samples=2", "render.particles=2000", "render.anchor_samples=2",
     "render.anchor_particles=2000", "references=6",
 ]  # fmt: skip

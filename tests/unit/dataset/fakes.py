@@ -26,7 +26,7 @@ FOLDER = Path(__file__).parent
 TURNED = [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 SMALL = (
     "design.footprint_mm=[12,16]", "design.lattice.spacing_mm=1.2", "rig.camera.columns=24", "rig.camera.rows=32",
-    "rig.camera.field_mm=10",
+    "rig.camera.field_mm=10", "design.lattice.cells_across=0",
 )  # fmt: skip
 
 

@@ -22,6 +22,7 @@ from magicsim.workers.attempt import WorkerOptions
 SMALL = (
     "rig.camera.columns=48", "rig.camera.rows=64", "render.samples=1", "render.particles=1000",
     "render.anchor_samples=2", "render.anchor_particles=2000", "episodes=9", "rooms=[]", "rig.room=dark",
+    "design.lattice.cells_across=0",
     "tolerances={}", "objects=[{kind='sphere',radius_mm={low=3.0,high=6.0}}]",
     "paths=[{kind='touch',gap_mm=0.1,x_mm={low=-2.0,high=2.0},depth_mm={low=0.5,high=1.0},approach_frames=1,press_frames=2,"
     "shear_frames=0,twist_frames=0,hold_frames=0,release_frames=0}]",

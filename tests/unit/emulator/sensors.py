@@ -12,7 +12,7 @@ COLOUR = (0.1, 0.2, 0.3)
 SMALL = (
     "rig.camera.columns=48", "rig.camera.rows=64", "rig.camera.read_noise_e=0", "references=1",
     "render.samples=1", "render.particles=1000", "render.anchor_samples=2", "render.anchor_particles=2000",
-    "rig.room=dark",
+    "rig.room=dark", "design.lattice.cells_across=0",
 )  # fmt: skip
 
 

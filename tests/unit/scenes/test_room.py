@@ -14,7 +14,10 @@ from magicsim.scenes.timeline import View
 from magicsim.simulation.sensor import Sensor
 
 LIT = "rig.ambient=[0.2,0.2,0.2]"
-SMALL = ("design.footprint_mm=[6,7]", "rig.camera.columns=8", "rig.camera.rows=8", "rig.camera.field_mm=5")
+SMALL = (
+    "design.footprint_mm=[6,7]", "design.lattice.cells_across=0", "rig.camera.columns=8", "rig.camera.rows=8",
+    "rig.camera.field_mm=5",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("name", room_names())

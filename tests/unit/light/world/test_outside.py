@@ -12,7 +12,7 @@ pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or C
 SMALL = [
     "rig=digit-office", "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "rig.camera.columns=24",
     "rig.camera.rows=28", "object.radius_mm=3", "render.particles=4000", "render.anchor_particles=20000",
-    "render.anchor_samples=8", "design.lattice.spacing_mm=2",
+    "render.anchor_samples=8", "design.lattice.spacing_mm=2", "design.lattice.cells_across=0",
 ]  # fmt: skip
 
 
