@@ -3,7 +3,7 @@
 The reading is found with the usual law; each cell then gets the shear modulus that another law would have at the
 strain that it has there, and the reading is found again, some rounds long. For a hyperelastic law whose stress is that
 of a neo-Hookean solid times a function of the first invariant (Gent) that is the law itself, up to the mean over a
-cell; for a gel that yields it is Hencky's theory of plasticity, right as long as the load only grows.
+cell.
 """
 
 from collections.abc import Callable
@@ -42,16 +42,6 @@ def gent(excess: Array, modulus: Array, is_infill: Array) -> Array:
     del modulus
     factor = GENT_LIMIT / np.maximum(GENT_LIMIT - excess, GENT_LIMIT / MOST)
     return np.where(is_infill, 1.0, factor)
-
-
-def yielding(stress_mpa: float) -> Law:
-    """The infill's shear stress is bounded."""
-
-    def law(excess: Array, modulus: Array, is_infill: Array) -> Array:
-        stress = modulus * np.sqrt(np.maximum(excess, 1e-12))
-        return np.where(is_infill, np.minimum(1.0, stress_mpa / stress), 1.0)
-
-    return law
 
 
 def without_walls(excess: Array, modulus: Array, is_infill: Array) -> Array:

@@ -22,6 +22,8 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.limits import CoreFailure
 
+SETTLED = 1e-3
+"""Change of a metric, 1 at rest, that counts as none: assumed."""
 LEAST_SQUEEZE, MOST_SQUEEZE = 0.01, 0.35
 """Squeezes at which walls may buckle; those of `mini-magictac` are bounded at the second one anyway."""
 
@@ -110,6 +112,14 @@ class FailingCore:
         left = self.law.tear.left(self.elasticity, state.torn) if self.law.tear is not None else self.elasticity
         tensors, heat = self.law.flow.advanced(left, state.tensors, positions)
         return replace(state, tensors=tensors, dissipated_nmm=state.dissipated_nmm + heat)
+
+    def unsettled(self, last: CoreState, now: CoreState) -> float:
+        """Share of the volume that can flow whose metric differs between two states by more than `SETTLED`."""
+        if self.law.flow is None:
+            return 0.0
+        weights = self.elasticity.weights[self.law.flow.cells]
+        moved = np.abs(now.tensors - last.tensors).max((2, 3)) > SETTLED
+        return float(weights[moved].sum() / weights.sum())
 
     def next_torn(self, state: CoreState, positions: Array) -> Index:
         """Printed cells whose walls tear next at an equilibrium, nodes of shape (nodes, 3) [mm]; none if all hold."""
