@@ -91,8 +91,7 @@ def load_baseline(path: Path) -> Baseline:
     except ConfigError as error:
         raise ConfigError(f"baseline: {error}") from None
     if isinstance(content, dict) and content.get("format", FORMAT) != FORMAT:
-        msg = f"baseline '{path}': format = {content['format']!r} is not allowed: must be {FORMAT}; {ANEW}"
-        raise ConfigError(msg)
+        raise ConfigError(f"baseline '{path}': format = {content['format']!r} is not allowed: must be {FORMAT}; {ANEW}")
     try:
         episodes = {name: _unpacked(each) for name, each in content["episodes"].items()}
         about = {name: str(content[name]) for name in ("suite", "detector", "made_on")}

@@ -105,8 +105,7 @@ def read_existing(folder: Path, *, frames_per_second: float) -> Existing:
         film = recorded_footage(read_recording(folder), tag, frames_per_second=frames_per_second)
         return Existing(films=[film], sensor={})
     kinds = f"{RUN} (a run), {MANIFEST} (a dataset), {TRUTH} or {LABELS}"
-    msg = f"'{folder}' holds no labelled frames; give a folder with {kinds}"
-    raise ConfigError(msg)
+    raise ConfigError(f"'{folder}' holds no labelled frames; give a folder with {kinds}")
 
 
 def existing_footage(folder: Path, suite: SuiteConfig) -> tuple[SuiteConfig, list[Footage]]:

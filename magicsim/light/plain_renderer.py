@@ -177,8 +177,7 @@ def checked(image: FloatImage) -> FloatImage:
     """The image itself; `RenderError` where a value is not finite."""
     bad = int(np.count_nonzero(~np.isfinite(image)))
     if bad:
-        msg = f"the rendered image holds {bad} values that are not finite"
-        raise RenderError(msg)
+        raise RenderError(f"the rendered image holds {bad} values that are not finite")
     return image
 
 
@@ -189,11 +188,10 @@ def choose_estimator(asked: str, elastomer: Elastomer, rig: Rig) -> str:
     """
     estimator = "path" if VARIANT == SCALAR_VARIANT else asked
     if estimator == "path" and elastomer.design.materials.body.sigma_s_per_mm > 0 and rig.lens.thickness_mm > 0:
-        msg = (
+        raise RenderError(
             f"lens.thickness_mm = {rig.lens.thickness_mm:g} is not allowed with estimator 'path' where the body "
             "scatters: must be 0; use estimator 'fluence'"
         )
-        raise RenderError(msg)
     return estimator
 
 

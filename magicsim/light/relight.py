@@ -26,7 +26,6 @@ def relight(basis: Mapping[str, FloatImage], strengths: Mapping[str, float | Rgb
         if name not in basis:
             raise ConfigError(unknown_choice("light", name, basis))
         if not np.all(np.isfinite(strength)) or np.min(strength) < 0:
-            msg = f"strength of {name} = {strength} is not allowed: must be 0 or more, and finite"
-            raise ConfigError(msg)
+            raise ConfigError(f"strength of {name} = {strength} is not allowed: must be 0 or more, and finite")
     images = [np.multiply(image, strengths.get(name, 1.0), dtype=np.float32) for name, image in basis.items()]
     return np.asarray(np.sum(images, axis=0), np.float32)

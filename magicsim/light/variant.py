@@ -78,14 +78,12 @@ def activate_variant() -> str:
     try:
         mi.set_variant(variant)
     except ImportError as error:
-        msg = f"{VARIANT_VARIABLE} = {variant} does not run here: {str(error).splitlines()[0]}"
-        raise ConfigError(msg) from error
+        raise ConfigError(f"{VARIANT_VARIABLE} = {variant} does not run here: {str(error).splitlines()[0]}") from error
     if variant == LLVM_VARIANT and library is not None and (other := _other_llvm(library)) is not None:
-        msg = (
+        raise ConfigError(
             f"mitsuba or drjit was imported before magicsim and has loaded {other}, which can end the process: import "
             f"magicsim.light.backend first, or set {LLVM_VARIABLE}={library} before Python starts"
         )
-        raise ConfigError(msg)
     return variant
 
 

@@ -142,12 +142,10 @@ class RunFolder(Generic[Index]):
         """Refuses (`OutputError`) to go on with the files of another run (`other` in its words), or of other code."""
         if earlier.config_hash != now.config_hash:
             another = other or self.other or f"another {self.noun} (see its {CONFIG})"
-            msg = f"'{out}' holds {another}; name another folder"
-            raise OutputError(msg)
+            raise OutputError(f"'{out}' holds {another}; name another folder")
         before, present = (each.versions | {"variant": each.variant} for each in (earlier, now))
         if code := other_code(before, present):
-            msg = f"'{out}' was begun with {code}: its results would differ; begin anew in another folder"
-            raise OutputError(msg)
+            raise OutputError(f"'{out}' was begun with {code}: its results would differ; begin anew in another folder")
 
     def write_index(self, ledger: Ledger, index: Index) -> None:
         """Replaces the index at once."""

@@ -83,8 +83,7 @@ class Likeness:
         else:
             references = read_episode(folder).references
         if not references:
-            msg = f"like = '{folder}' has no reference frames: make it with references above 0"
-            raise ConfigError(msg)
+            raise ConfigError(f"like = '{folder}' has no reference frames: make it with references above 0")
         return cls(name=folder.name, mean=np.mean(references, 0, dtype=np.float64))
 
     def advice(self, mean: Array, form: FrameForm) -> Iterator[str]:

@@ -179,7 +179,6 @@ def load_real(path: str | Path, overrides: Sequence[str] = ()) -> RealSource:
     """
     file = expanded(path)
     if not is_file(file):
-        msg = f"description '{shortened(str(path), 2 * NAME_LENGTH)}' does not exist; must be a TOML file"
-        raise PresetError(msg)
+        raise PresetError(f"description '{shortened(str(path), 2 * NAME_LENGTH)}' does not exist; must be a TOML file")
     description = validate(Description, apply_overrides(read_toml(file), overrides), source=file.name)
     return RealSource(description=description, folder=file.parent)

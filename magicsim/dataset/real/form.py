@@ -19,11 +19,10 @@ def formed(frame: Frame, form: FrameForm, *, name: str = "frame") -> Frame:
     if form.crop_px is not None:
         column, row, columns, rows = form.crop_px
         if column + columns > pixels.shape[1] or row + rows > pixels.shape[0]:
-            msg = (
+            raise FrameError(
                 f"frames.crop_px = {list(form.crop_px)} is not allowed: must lie inside of '{name}', which has "
                 f"{pixels.shape[1]} x {pixels.shape[0]} pixels"
             )
-            raise FrameError(msg)
         pixels = pixels[row : row + rows, column : column + columns]
     pixels = turned(pixels, (form.rotate_deg, form.mirror))
     if form.size_px is not None and form.size_px != (pixels.shape[1], pixels.shape[0]):

@@ -90,8 +90,7 @@ def write_3mf(path: Path, parts: Sequence[PrintedPart]) -> None:
             _structures(lib3mf.Triangle, part.mesh.faces.astype(np.uint32)),
         )
         if not solid.IsManifoldAndOriented():
-            msg = f"the {part.name} mesh is not closed and oriented in single precision"
-            raise GeometryError(msg)
+            raise GeometryError(f"the {part.name} mesh is not closed and oriented in single precision")
         material = materials.AddMaterial(part.name, wrapper.FloatRGBAToColor(*part.colour))
         solid.SetObjectLevelProperty(materials.GetUniqueResourceID(), material)
         sensor.AddComponent(solid, place).SetUUID(_identity("component", [part]))
@@ -154,8 +153,7 @@ def export_design(design: ElastomerDesign, out: Path | str) -> Export:
     """
     out = Path(out)
     if out.suffix not in SUFFIXES:
-        msg = f"out = '{out}' is not allowed: must end in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
-        raise OutputError(msg)
+        raise OutputError(f"out = '{out}' is not allowed: must end in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
     check_file(out)
     parts = printed_parts(build_elastomer(design.as_drawn()))
     for path in _paths(out, parts)[1:]:

@@ -24,14 +24,12 @@ def file_colors(path: str, points: Array) -> Array:
     visual: Any = mesh.visual
     picture = _image(visual) if visual.kind == "texture" and visual.uv is not None else None
     if picture is None and visual.kind not in {"vertex", "face"}:
-        msg = f"file_colors = true is not allowed: mesh '{path}' has neither a texture nor colours"
-        raise ConfigError(msg)
+        raise ConfigError(f"file_colors = true is not allowed: mesh '{path}' has neither a texture nor colours")
     if picture is not None and picture.width * picture.height > MAX_PIXELS:
-        msg = (
+        raise ConfigError(
             f"mesh '{path}' has a texture of {picture.width} x {picture.height} pixels: at most "
             f"{MAX_PIXELS / 1e6:.0f} million are allowed"
         )
-        raise ConfigError(msg)
     vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces, np.int64)
     tree = igl.AABB()
     tree.init(vertices, faces)

@@ -72,14 +72,11 @@ def load_mesh(path: str, *, scale: float | None = None, feature_mm: float | None
     """
     file = Path(path)
     if file.suffix.lower() not in SUFFIXES:
-        msg = f"mesh '{path}' is not allowed: must end in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}"
-        raise ConfigError(msg)
+        raise ConfigError(f"mesh '{path}' is not allowed: must end in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
     if not is_file(file):
-        msg = f"mesh '{path}' does not exist ({PATHS_START})"
-        raise ConfigError(msg)
+        raise ConfigError(f"mesh '{path}' does not exist ({PATHS_START})")
     if (size := file.stat().st_size) > MAX_BYTES:  # before its content is hashed
-        msg = f"mesh '{path}' has {size / 1e6:.0f} MB: at most {MAX_BYTES / 1e6:.0f} MB are allowed"
-        raise ConfigError(msg)
+        raise ConfigError(f"mesh '{path}' has {size / 1e6:.0f} MB: at most {MAX_BYTES / 1e6:.0f} MB are allowed")
     return _load(path, scale, feature_mm, os.path.abspath(path), sha256_of(file))
 
 
@@ -165,8 +162,7 @@ def _closed_surface(path: str, scale: float) -> SurfaceMesh:
             problem = f"has parts that are inside out ({inverted} of them): turn their normals outwards"
     except Exception as error:  # the readers raise whatever they stumble on
         problem = f"cannot be read: {str(error).splitlines()[0] if str(error) else type(error).__name__}"
-    msg = f"mesh '{path}' {problem}"
-    raise ConfigError(msg)
+    raise ConfigError(f"mesh '{path}' {problem}")
 
 
 def _announced_problem(path: Path) -> str | None:
@@ -200,11 +196,10 @@ def _stl_triangles(content: bytes) -> int:
     if start[:5] == b"solid" and (b"facet" in start or b"endsolid" in start):
         _refuse_null(start)
         return content.lower().count(b"endfacet")
-    msg = (
+    raise ValueError(
         f"it is no text STL, and a binary one of the {count} triangles in its header has {promised} bytes; this one "
         f"has {len(content)}"
     )
-    raise ValueError(msg)
 
 
 def _obj_triangles(content: bytes) -> int:
@@ -219,8 +214,7 @@ def _off_triangles(content: bytes) -> int:
 
 def _refuse_null(text: bytes) -> None:
     if b"\0" in text:
-        msg = "it holds bytes that are no text"
-        raise ValueError(msg)
+        raise ValueError("it holds bytes that are no text")
 
 
 def _ply_triangles(content: bytes) -> int:
@@ -228,8 +222,7 @@ def _ply_triangles(content: bytes) -> int:
     counts = dict(re.findall(rb"element\s+(vertex|face)\s+(\d{1,18})\s", content[: 1 << 16]))
     vertices, faces = (int(counts.get(kind, 0)) for kind in (b"vertex", b"face"))
     if content[:3] != b"ply" or b"end_header" not in content:
-        msg = "it does not begin with a PLY header"
-        raise ValueError(msg)
+        raise ValueError("it does not begin with a PLY header")
     if vertices + faces > len(content):
         msg = f"its header promises {vertices} vertices and {faces} faces, more than its {len(content)} bytes can hold"
         raise ValueError(msg)
@@ -240,11 +233,9 @@ def _glb_triangles(content: bytes) -> int:
     """Chunks of given length, the first one JSON (glTF 2.0, section 4.4); a mesh counts as often as nodes show it."""
     length, chunk = (int.from_bytes(content[begin : begin + 4], "little") for begin in (8, 12))
     if content[:4] != b"glTF" or content[16:20] != b"JSON" or chunk > MAX_JSON:
-        msg = "it does not begin with a GLB header and a JSON chunk of up to 16 MB"
-        raise ValueError(msg)
+        raise ValueError("it does not begin with a GLB header and a JSON chunk of up to 16 MB")
     if length != len(content) or 20 + chunk > length:
-        msg = f"its header promises {max(length, 20 + chunk)} bytes, and it has {len(content)}"
-        raise ValueError(msg)
+        raise ValueError(f"its header promises {max(length, 20 + chunk)} bytes, and it has {len(content)}")
     tree = parse_json(content[20 : 20 + chunk].decode(), source="its JSON")
     try:
         parts = [part for mesh in tree.get("meshes", ()) for part in mesh["primitives"]]
@@ -253,14 +244,11 @@ def _glb_triangles(content: bytes) -> int:
         most = max((int(each["count"]) for each in tree.get("accessors", ())), default=0)
         triangles = sum(_shown_triangles(tree))
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError):
-        msg = "its JSON is no glTF"
-        raise ValueError(msg) from None
+        raise ValueError("its JSON is no glTF") from None
     if is_coded or any("sparse" in each for each in tree.get("accessors", ())):
-        msg = "its positions are sparse, or shares of the largest integer: write them as plain numbers"
-        raise ValueError(msg)
+        raise ValueError("its positions are sparse, or shares of the largest integer: write them as plain numbers")
     if most > MAX_VALUES:
-        msg = f"it has {most} values of one kind: at most {MAX_VALUES} are allowed"
-        raise ValueError(msg)
+        raise ValueError(f"it has {most} values of one kind: at most {MAX_VALUES} are allowed")
     return triangles
 
 

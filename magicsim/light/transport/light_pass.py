@@ -84,11 +84,10 @@ def sum_tracks(parts: Sequence[Tracks]) -> Tracks:
 
 def _added(parts: Sequence[Counts]) -> Counts:
     if np.sum(parts, axis=0, dtype=np.float64).max() > LARGEST_SUM:
-        msg = (
+        raise RenderError(
             "so bright a light has too many particles for the digits that are kept: lower render.particles or "
             "render.anchor_particles, or the radiances of rig.strips, rig.flashlight and rig.ambient alike"
         )
-        raise RenderError(msg)
     return np.asarray(np.sum(parts, axis=0, dtype=np.uint64))
 
 
