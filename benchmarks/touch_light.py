@@ -90,8 +90,8 @@ def measured(gap_mm: float, overrides: tuple[str, ...], *, particles: int, draws
         noise = mean_field(cheap, counts) / level - 1
         kept["noise"].append(rms(noise, noise, level) ** 2)
         for name, expected in (("kept", size), ("all", None)):
-            fields = [{str(c): only(each, c) for c in range(3)} for each in (now, cheap, careful)]
-            found = total(list(anchored_light(*fields, counts, None, expected=expected).values())).fluence
+            fields = [[only(each, channel) for each in (now, cheap, careful)] for channel in range(3)]
+            found = total([anchored_light(*each, counts, None, expected=expected) for each in fields]).fluence
             wrong = [mean_field(found, counts) / known - 1 - truth for truth in truths]
             kept[name].append(rms(wrong[0], wrong[1], level) ** 2)
     errors = {name: float(np.sqrt(np.mean(squares))) for name, squares in kept.items()}

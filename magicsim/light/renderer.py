@@ -200,11 +200,11 @@ class Renderer(PlainRenderer):
 
     def _lamp_light(self, transport: NearTransport, light_x_mm: float) -> LampLight:
         """Light of the flashlight in one place in the untouched sensor."""
-        lamp, light, outside = self.rig.flashlight, transport.light, self._outside(None, light_x_mm)
+        lamp, outside = self.rig.flashlight, self._outside(None, light_x_mm)
         particles, seed = LAMP_PARTICLES * self.settings.particles, self.settings.anchor_seed
         return self.of_sensor(
             f"flashlight {lamp!r} {light_x_mm}", lambda: LampLight.of(
-                transport.world, transport.rest.paths, outside, light.into, light.brought, lamp=lamp,
+                transport.world, transport.rest.paths, outside, transport.into, transport.brought, lamp=lamp,
                 light_x_mm=light_x_mm, particles=particles, seed=seed,
             ),
         )  # fmt: skip

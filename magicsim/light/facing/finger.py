@@ -7,6 +7,7 @@ The finger is this sensor turned by half a turn about y, its face parallel to th
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Self
 
 import numpy as np
@@ -53,18 +54,9 @@ class FingerBody:
         corners = np.array(
             [[sx, sy, z] for z in (-depth_mm, 0.0) for sy in (-half[1], half[1]) for sx in (-half[0], half[0])]
         )
-        box = [
-            [0, 2, 3],
-            [0, 3, 1],
-            [0, 1, 5],
-            [0, 5, 4],
-            [1, 3, 7],
-            [1, 7, 5],
-            [3, 2, 6],
-            [3, 6, 7],
-            [2, 0, 4],
-            [2, 4, 6],
-        ]
+        # The box has no side at its face.
+        sides = [(0, 2, 3, 1), *((a, b, b + 4, a + 4) for a, b in pairwise((0, 1, 3, 2, 0)))]
+        box = [triangle for a, b, c, d in sides for triangle in ([a, b, c], [a, c, d])]
         mesh = SurfaceMesh(
             vertices=np.concatenate([face, corners]),
             faces=np.concatenate([squares, np.array(box) + len(face)]).astype(np.int32),

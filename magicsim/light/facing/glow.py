@@ -5,7 +5,7 @@ reflectance is the share of diffuse light on the face that comes out of it again
 """
 
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -87,12 +87,6 @@ def _out_of_face(escapes: npt.NDArray[np.float32], design: ElastomerDesign) -> A
     return np.array(escapes[chosen, :9], np.float64)
 
 
-def as_rays(rays: Array) -> tuple[Any, Any]:
-    """Rays and their flux on the renderer's side, from an array of shape (rays, 9)."""
-    column = [mi.Float(each) for each in columns(np.ascontiguousarray(rays, np.float32))]
-    return mi.Ray3f(mi.Point3f(*column[:3]), mi.Vector3f(*column[3:6])), mi.Color3f(*column[6:9])
-
-
 def facing_light(
     world: LitWorld, outside: Outside | None, glow: Glow, distance_mm: float, footprint_mm: tuple[float, float], *,
     seed: int, most: int,
@@ -106,7 +100,8 @@ def facing_light(
     chosen = arriving(glow.rays, distance_mm, footprint_mm, most=most)
     if not len(chosen):
         return dark
-    rays, flux = as_rays(chosen)
+    column = [mi.Float(each) for each in columns(np.ascontiguousarray(chosen, np.float32))]
+    rays, flux = mi.Ray3f(mi.Point3f(*column[:3]), mi.Vector3f(*column[3:6])), mi.Color3f(*column[6:])
     number = dr.arange(mi.UInt32, len(chosen))
     starts = LightStarts.escaped(number, rays, flux, dr.max(flux), seed=SEEDS_PER_RENDER * seed + FACING)
     tracks = world.light_pass(starts, outside=outside)

@@ -1,6 +1,5 @@
 """Light of a frame, anchored to the untouched sensor: the anchor's light and what the frame changes beyond noise."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -42,16 +41,16 @@ class Expected:
 
 
 def anchored_light(
-    now: Mapping[str, LightField],
-    control: Mapping[str, LightField],
-    anchor: Mapping[str, LightField],
+    now: LightField,
+    control: LightField,
+    anchor: LightField,
     counts: Counts | None,
     voxels: Counts | None,
     *,
     growth: Array | float = 1.0,
     expected: Expected | None = None,
-) -> dict[str, LightField]:
-    """The anchor's fields, changed as much as a frame's differ from them, less the noise shared with the control's.
+) -> LightField:
+    """The anchor's field, changed as much as a frame's differs from it, less the noise shared with the control's.
 
     What changes fluence from cell to cell is scattering over a free path of several cells, so the change is taken
     between local means: noise falls several times, and fields that equal the control ones give the anchor ones.
@@ -59,7 +58,7 @@ def anchored_light(
     frame's own light.
 
     Args:
-        now: Each light's field in the frame.
+        now: The light in the frame.
         control: In the untouched state with the frame's seed and particles.
         anchor: In the untouched state with many particles.
         counts: Cells along x, y and z, or None without a grid.
@@ -68,23 +67,14 @@ def anchored_light(
             is squeezed empty is not a dark one.
         expected: How large changes may be, or None where all that is found counts.
     """
-    found = {}
-    for name, each in now.items():
-        fluence = _carried_over(
-            (each.fluence, control[name].fluence, anchor[name].fluence), counts, expected.cells if expected else None
-        )
-        body = _carried_over(
-            (each.body, growth * control[name].body, growth * anchor[name].body),
-            voxels,
-            expected.voxels if expected else None,
-        )
-        found[name] = replace(each, fluence=fluence, body=body)
-    return found
+    cells, parts = (expected.cells, expected.voxels) if expected is not None else (None, None)
+    fluence = _carried_over(now.fluence, control.fluence, anchor.fluence, counts, cells)
+    body = _carried_over(now.body, growth * control.body, growth * anchor.body, voxels, parts)
+    return replace(now, fluence=fluence, body=body)
 
 
-def _carried_over(fields: tuple[Array, Array, Array], counts: Counts | None, expected: Array | None) -> Array:
-    """The anchor's field of one light, carried over to the frame."""
-    now, control, anchor = fields
+def _carried_over(now: Array, control: Array, anchor: Array, counts: Counts | None, expected: Array | None) -> Array:
+    """One part of the anchor's field, carried over to the frame."""
     if counts is None:
         return anchor
     noise = control - anchor

@@ -15,7 +15,7 @@ from magicsim.light.backend import dr
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_camera
 from magicsim.light.transport.light_field import LightField, total
-from magicsim.light.transport.light_pass import FIXED_POINT, Tracks, sum_tracks
+from magicsim.light.transport.light_pass import FIXED_POINT, sum_tracks
 from magicsim.light.transport.light_starts import ROUND_OBJECT, LightStarts, Sent, chunks
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.streams import PASSING, PASSING_ON_OBJECT, SEEDS_PER_RENDER
@@ -96,14 +96,16 @@ def passing_light_change(
     Noise is spread over neighbouring cells, see `spread`.
     """
     tracks = [
-        world.light_pass(starts, lights=len(SIGNS), outside=outside)
+        world.light_pass(starts.some(kept), lights=len(SIGNS), outside=outside)
         for chunk in chunks(_sent(world, outside, light, particles, seed))
-        if (starts := _bright(LightStarts.emitted(chunk))) is not None
+        if len(kept := dr.compress((starts := LightStarts.emitted(chunk)).brightest > 0))
     ]
     if not tracks:
         return world.darkness(outside)
     found, scale = sum_tracks(tracks), 1 / (FIXED_POINT * particles)
-    cells, body, landed = (scale * _signed(found, name) for name in ("cells", "body", "landed"))
+    # What the positive part left less what the negative part did.
+    parts = [each.astype(np.float64) for each in (found.cells, found.body, found.landed)]
+    cells, body, landed = (scale * (plus - minus) for plus, minus in parts)
     change, voxels = world.deposited(cells, body, landed, outside), world.voxel_counts
     body = spread(body, rest.body, voxels) if voxels is not None else body
     return replace(change, fluence=spread(change.fluence, rest.fluence, world.counts), body=body)
@@ -136,15 +138,3 @@ def _sent(world: LitWorld, outside: Outside, light: PassingLight, particles: int
             part, numbers = PassingPart(light, sign), SEEDS_PER_RENDER * seed + stream
             sent.append(Sent(part, 0, count, numbers, False, place, beam, particles / count))
     return sent
-
-
-def _bright(starts: LightStarts) -> LightStarts | None:
-    """Starts that bring any light, or None."""
-    kept = dr.compress(starts.brightest > 0)
-    return starts.some(kept) if len(kept) else None
-
-
-def _signed(tracks: Tracks, name: str) -> Array:
-    """What the positive part left less what the negative part did."""
-    plus, minus = getattr(tracks, name).astype(np.float64)
-    return np.asarray(plus - minus)

@@ -95,12 +95,13 @@ def touched_light(
     fields = world.light_fields(shares, seed=seed)
     flashlight = fields.pop(FLASHLIGHT, None)
     now = total([world.darkness(), *fields.values()])
-    states = [_by_channel(each) for each in (now, before.traced, before.anchor)]
-    found = anchored_light(
-        states[0], states[1], states[2], world.counts, world.voxel_counts, growth=world.growth(anchor.held_mm3),
-        expected=expected,
-    )  # fmt: skip
-    anchored = replace(total(list(found.values())), irradiance=now.irradiance)
+    growth = world.growth(anchor.held_mm3)
+    states = zip(_by_channel(now), _by_channel(before.traced), _by_channel(before.anchor), strict=True)
+    found = [
+        anchored_light(one, traced, known, world.counts, world.voxel_counts, growth=growth, expected=expected)
+        for one, traced, known in states
+    ]
+    anchored = replace(total(found), irradiance=now.irradiance)
     return total([anchored, *([flashlight] if flashlight is not None else [])]), "traced"
 
 
@@ -122,13 +123,13 @@ def _own_light(world: LitWorld, outside: Outside, anchor: Untouched, control: Un
         return known
     back = follow_light(world, outside, anchor.light, seed=seed)
     lit = total([known, back])
-    lit = replace(anchored_light({"": lit}, {"": known}, {"": known}, counts, voxels)[""], irradiance=back.irradiance)
+    lit = replace(anchored_light(lit, known, known, counts, voxels), irradiance=back.irradiance)
     if ENVIRONMENT not in anchor.fields:
         return lit
     traced, rest = (each.fields[ENVIRONMENT] for each in (control, anchor))
     change = room_change(world, outside, control, seed=seed)
     room = replace(traced, fluence=traced.fluence + change.fluence, body=traced.body + change.body)
-    changed = anchored_light({"": room}, {"": traced}, {"": rest}, counts, voxels)[""]
+    changed = anchored_light(room, traced, rest, counts, voxels)
     return LightField(
         fluence=lit.fluence + changed.fluence - rest.fluence,
         body=lit.body + changed.body - rest.body,
@@ -149,14 +150,12 @@ def _traced_before(world: LitWorld, outside: Outside, control: Untouched, *, see
     return replace(rest, fluence=rest.fluence + fluence, body=rest.body + body, irradiance=irradiance)
 
 
-def _by_channel(field: LightField) -> dict[str, LightField]:
+def _by_channel(field: LightField) -> list[LightField]:
     """One field for each channel, dark in the others: what changes one colour of light need not change another."""
-    return {
-        f"channel {number}": LightField(
-            fluence=field.fluence * only, body=field.body * only, irradiance=np.zeros((1, CHANNELS))
-        )
-        for number, only in enumerate(np.eye(CHANNELS))
-    }
+    dark = np.zeros((1, CHANNELS))
+    return [
+        LightField(fluence=field.fluence * only, body=field.body * only, irradiance=dark) for only in np.eye(CHANNELS)
+    ]
 
 
 def room_change(world: LitWorld, outside: Outside, control: Untouched, *, seed: int) -> LightField:

@@ -117,11 +117,9 @@ class NearObject:
         if not len(paths.owner):
             return np.zeros((len(pixels), 3))
         out, lit = (mi.Float(aligned(each, np.float32).ravel()) for each in (shining, irradiance))
-        numbers = mi.UInt32(aligned(pixels, np.uint32))
-        begin, end = (dr.gather(mi.UInt32, paths.first, numbers + step) for step in (0, 1))
         met = _mirrored(
-            self.scene, block, room, pointer(self.object), self.finish, ports.met, out, lit, paths.rays, begin, end,
-            dr.opaque(mi.UInt64, seed),
+            self.scene, block, room, pointer(self.object), self.finish, ports.met, out, lit, paths.rays,
+            *paths.rays_of(pixels), dr.opaque(mi.UInt64, seed),
         )  # fmt: skip
         return np.array(met, np.float64).T
 

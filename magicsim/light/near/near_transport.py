@@ -16,7 +16,7 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from magicsim.arrays import Array, Index, Numbers
-from magicsim.light.backend import aligned, columns, dr, mi
+from magicsim.light.backend import columns, dr, mi
 from magicsim.light.near.lamp_light import LampDisk, LampLight
 from magicsim.light.near.near_object import NearObject, radiance_of
 from magicsim.light.near.ports import Ports, rays_along
@@ -47,9 +47,12 @@ TURNS = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PortLight:
-    """Light of one untouched sensor through its ports, which all episodes of it share."""
+class NearTransport:
+    """Compressed transport of one untouched sensor: light through its ports, which all episodes of it share."""
 
+    world: LitWorld
+    """The scene with nothing before the block."""
+    rest: Untouched
     brought: npt.NDArray[np.float32]
     """What each port that comes in brings to cells and voxels, by unit radiance, shape (cells + voxels, ports)."""
     into: Ports
@@ -73,9 +76,9 @@ class PortLight:
 
     @classmethod
     def of(cls, world: LitWorld, rest: Untouched, followed: Mapping[str, Any]) -> Self:
-        """Compresses what is known of an untouched sensor, beside light that was followed through its face."""
+        """Compresses what is known of an untouched sensor, beside what `follow_ports` gave."""
         into, ports = _ports(world)
-        leaving = _paths(
+        leaving = RecordedPaths.of(
             followed["direct"],
             sp.csr_matrix((followed["data"], followed["indices"], followed["indptr"]), followed["shape"]),
             followed["rays"],
@@ -93,25 +96,11 @@ class PortLight:
         lines = rays_along(table[:, :3], table[:, 3:WEIGHT])
         weights = (table[:, WEIGHT].astype(np.float64), (owner, np.arange(len(owner))))
         return cls(
-            brought=followed["brought"], into=into, ports=ports, room=room, lines=lines,
+            world=world, rest=rest, brought=followed["brought"], into=into, ports=ports, room=room, lines=lines,
             strips=leaving.direct + whole - room,
             sums=sp.csr_matrix(weights, (into.count + ports.count, len(owner))), leaving=leaving.response,
             seen=_thinned(paths, SEEN_RAYS), mirror=_thinned(paths, MIRROR_RAYS),
         )  # fmt: skip
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NearTransport:
-    """Compressed transport of one sensor."""
-
-    world: LitWorld
-    rest: Untouched
-    light: PortLight
-
-    @classmethod
-    def of(cls, world: LitWorld, rest: Untouched, followed: Mapping[str, Any]) -> Self:
-        """For the scene with nothing before the block, what is known of it untouched, and what `follow_ports` gave."""
-        return cls(world=world, rest=rest, light=PortLight.of(world, rest, followed))
 
     def image(
         self, target: NearObject | None, pixels: Numbers, *, seed: int, lamp: LampLight | None = None,
@@ -126,46 +115,46 @@ class NearTransport:
             lamp: Light of the flashlight, if it shines.
             passing: What passes in the room, in its place.
         """
-        world, rest, light = self.world, self.rest, self.light
+        world, rest = self.world, self.rest
         found = np.asarray(rest.image.reshape(-1, 3)[pixels], np.float64)
         if lamp is not None:
             found = found + lamp.image(passing, target.scene if target is not None else None)[pixels]
         if passing is not None:
             found = found + rest.paths.seen_of_room(passing, pixels)
         still = world.inventory.environment
-        passed = radiance_of(passing, light.lines)
+        passed = radiance_of(passing, self.lines)
         if target is None:
             if passing is not None:
-                values = self._values(self._brought((light.sums @ passed)[: light.brought.shape[1]]))
-                found = found + (light.seen.response @ values)[pixels]
+                values = self._values(self._brought((self.sums @ passed)[: self.brought.shape[1]]))
+                found = found + (self.seen.response @ values)[pixels]
             return np.asarray(np.maximum(found, 0))
         stream, hidden = SEEDS_PER_RENDER * seed + ON_OBJECT, np.zeros(())
-        own = light.room + target.from_ports * light.strips
+        own = self.room + target.from_ports * self.strips
         disk = lamp.disk if lamp is not None else None
         now = _Room(still, passing, disk)
-        met = target.look(world.scene, still, now, light.ports, light.lines, rest.light, rays=OBJECT_RAYS, seed=stream)
+        met = target.look(world.scene, still, now, self.ports, self.lines, rest.light, rays=OBJECT_RAYS, seed=stream)
         if lamp is not None:
-            own = own + light.leaving @ self._values(lamp.brought)
-            hidden = lamp.hidden(target.scene, light.brought)
+            own = own + self.leaving @ self._values(lamp.brought)
+            hidden = lamp.hidden(target.scene, self.brought)
         lit = met.irradiance(own, np.zeros((len(target.mesh.faces), 3)))
         for _ in range(TURNS):
-            changed = light.sums @ met.changes(lit, passed)
-            coming, back = np.split(changed, [light.brought.shape[1]])
+            changed = self.sums @ met.changes(lit, passed)
+            coming, back = np.split(changed, [self.brought.shape[1]])
             values = self._values(self._brought(coming) - hidden)
-            shining = own + light.leaving @ values + back
+            shining = own + self.leaving @ values + back
             lit = met.irradiance(shining, lit)
         outside: Any = target
-        found = found + (light.seen.response @ values)[pixels]
-        seen = rest.paths if target.is_far else light.seen
+        found = found + (self.seen.response @ values)[pixels]
+        seen = rest.paths if target.is_far else self.seen
         found += seen.seen_outside(_Room(still, passing, None), outside, lit, target.finish, pixels)
         if target.finish.specular > 0:
-            shining += (1 - target.from_ports) * light.strips
-            found += target.mirrored(world.scene, now, light.ports, shining, lit, light.mirror, pixels, seed=seed)
+            shining += (1 - target.from_ports) * self.strips
+            found += target.mirrored(world.scene, now, self.ports, shining, lit, self.mirror, pixels, seed=seed)
         return np.asarray(np.maximum(found, 0))
 
     def _brought(self, coming: Array) -> Array:
         """Light in cells and voxels that ports of some radiance bring, shape (cells + voxels, 3)."""
-        return np.asarray(self.light.brought @ coming.astype(np.float32), np.float64)
+        return np.asarray(self.brought @ coming.astype(np.float32), np.float64)
 
     def _values(self, brought: Array) -> npt.NDArray[np.float32]:
         """Means, as records count them, of what is brought to cells and voxels."""
@@ -246,7 +235,9 @@ def _leaving(world: LitWorld, ports: Ports) -> RecordedPaths:
     mean = sp.csr_matrix((np.full(lanes, 1 / OUT_PATHS), (owners, np.arange(lanes))), (ports.count, lanes), np.float32)
     table = np.array(found.rays).reshape(-1, 8)
     table[:, WEIGHT] /= OUT_PATHS
-    return _paths(mean @ found.direct, sp.csr_matrix(mean @ found.response), table, owners[found.owner], OUT_PATHS)
+    return RecordedPaths.of(
+        mean @ found.direct, sp.csr_matrix(mean @ found.response), table, owners[found.owner], OUT_PATHS
+    )
 
 
 def _brought(world: LitWorld, ports: Ports) -> npt.NDArray[np.float32]:
@@ -282,12 +273,4 @@ def _thinned(paths: RecordedPaths, most: int) -> RecordedPaths:
     marks = sums[first[owner]] + whole[owner] * np.tile((np.arange(most) + 0.5) / most, len(owner) // most)
     rays = table[np.searchsorted(sums, marks, side="right") - 1]
     rays[:, WEIGHT] = whole[owner] / most
-    return _paths(paths.direct, paths.response, rays, owner, most)
-
-
-def _paths(direct: Array, response: sp.csr_matrix, rays: Any, owner: Any, samples: int) -> RecordedPaths:
-    return RecordedPaths(
-        direct=direct, response=response, rays=mi.Float(aligned(np.asarray(rays).ravel(), np.float32)),
-        first=mi.UInt32(aligned(np.searchsorted(owner, np.arange(len(direct) + 1)), np.uint32)),
-        owner=np.asarray(owner, np.uint32), samples=samples, regions=None, met=np.zeros((0, len(direct)), np.uint32),
-    )  # fmt: skip
+    return RecordedPaths.of(paths.direct, paths.response, rays, owner, most)

@@ -61,33 +61,28 @@ class RecordedPaths:
 
     @classmethod
     def of(
-        cls,
-        *,
-        direct: Array,
-        response: tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]],
-        columns: int,
-        rays: npt.NDArray[np.float32],
-        first: Numbers,
-        owner: Numbers,
-        samples: int,
-    ) -> Self:
-        """From arrays, as they are kept on disk; without boxes."""
+        cls, direct: Array, response: sp.csr_matrix, rays: npt.NDArray[Any], owner: npt.NDArray[Any], samples: int, *,
+        regions: Regions | None = None, met: npt.NDArray[np.uint32] | None = None,
+    ) -> Self:  # fmt: skip
+        """From arrays, rays of shape (rays, 8) or in a row, sorted by their pixels."""
+        first = np.searchsorted(owner, np.arange(len(direct) + 1))
         return cls(
-            direct=direct, response=sp.csr_matrix(response, shape=(len(direct), columns)),
-            rays=mi.Float(aligned(rays, np.float32)), first=mi.UInt32(aligned(first, np.uint32)), owner=owner,
-            samples=samples, regions=None, met=np.zeros((0, len(direct)), np.uint32),
+            direct=direct, response=response, rays=mi.Float(aligned(np.ravel(rays), np.float32)),
+            first=mi.UInt32(aligned(first, np.uint32)), owner=np.asarray(owner, np.uint32), samples=samples,
+            regions=regions, met=np.zeros((0, len(direct)), np.uint32) if met is None else met,
         )  # fmt: skip
 
     def glow(self, light: Elements, pixels: Numbers) -> Array:
         """Radiance that light in the elements sends to some pixels, shape (pixels, 3)."""
         values = np.concatenate([light.values, *light.slopes.swapaxes(0, 1)]).astype(np.float32)
         # Rows are copied where they are chosen, which takes longer than the product.
-        rows = self.response if np.array_equal(pixels, self._all) else self.response[pixels]
-        return np.asarray(rows @ values, np.float64)
+        is_whole = np.array_equal(pixels, np.arange(self.response.shape[0]))
+        return np.asarray((self.response if is_whole else self.response[pixels]) @ values, np.float64)
 
-    @property
-    def _all(self) -> Numbers:
-        return np.arange(self.response.shape[0], dtype=np.uint32)
+    def rays_of(self, pixels: Numbers) -> tuple[Any, Any]:
+        """Numbers of the first ray of some pixels, and of the one after their last, mi.UInt32."""
+        numbers = mi.UInt32(aligned(pixels, np.uint32))
+        return dr.gather(mi.UInt32, self.first, numbers), dr.gather(mi.UInt32, self.first, numbers + 1)
 
     def meet(self, boxes: npt.NDArray[np.uint32], pixels: Numbers) -> Mask:
         """Which pixels have a path that met a surface in one of some boxes, shape (pixels,)."""
@@ -114,20 +109,16 @@ class RecordedPaths:
         if not len(self.owner):  # nothing leaves a black block, and the renderer cannot loop over no rays
             return np.zeros((len(pixels), 3))
         lit = mi.Float(aligned(irradiance, np.float32).ravel())
-        numbers = mi.UInt32(aligned(pixels, np.uint32))
-        begin, end = (dr.gather(mi.UInt32, self.first, numbers + step) for step in (0, 1))
         shape, lamps = pointer(outside.object), room is None
         room = environment if lamps else room
-        met = _met_outside(outside.scene, room, shape, lit, finish, self.rays, begin, end, lamps)
+        met = _met_outside(outside.scene, room, shape, lit, finish, self.rays, *self.rays_of(pixels), lamps)
         return np.array(met, np.float64).T
 
     def seen_of_room(self, room: Any, pixels: Numbers) -> Array:
         """Radiance that some pixels get from all around where nothing stands in the way, shape (pixels, 3)."""
         if not len(self.owner):
             return np.zeros((len(pixels), 3))
-        numbers = mi.UInt32(aligned(pixels, np.uint32))
-        begin, end = (dr.gather(mi.UInt32, self.first, numbers + step) for step in (0, 1))
-        return np.array(_met_room(room, self.rays, begin, end), np.float64).T
+        return np.array(_met_room(room, self.rays, *self.rays_of(pixels)), np.float64).T
 
     def mirrored(
         self, outside: Outside, finish: Finish, pixels: Numbers, follow: Follow, *, samples: int, seed: int
@@ -251,20 +242,13 @@ def record_paths(
         codes, moments = _summed(np.concatenate([codes, found[0]]), np.concatenate([moments, found[1]]))
     owner = np.concatenate(lanes)
     order = np.argsort(owner, kind="stable")
-    first = np.searchsorted(owner[order], np.arange(pixels + 1))
     columns = codes[:, None] % cells + cells * np.arange(MOMENTS)
     rows = np.repeat(codes // cells, MOMENTS)
     response = sp.csr_matrix((moments.ravel(), (rows, columns.ravel())), shape=(pixels, MOMENTS * cells))
-    return RecordedPaths(
-        direct=direct,
-        response=response,
-        rays=mi.Float(aligned(np.concatenate(rays)[order], np.float32).ravel()),
-        first=mi.UInt32(aligned(first, np.uint32)),
-        owner=owner[order].astype(np.uint32),
-        samples=samples,
-        regions=regions,
+    return RecordedPaths.of(
+        direct, response, np.concatenate(rays)[order], owner[order], samples, regions=regions,
         met=np.ascontiguousarray(met.T),
-    )
+    )  # fmt: skip
 
 
 def _summed(codes: Index, values: npt.NDArray[np.float32]) -> tuple[Any, Any]:

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numpy as np
+import scipy.sparse as sp
 
 from magicsim.config.presets import expanded
 from magicsim.config.program import program_key
@@ -96,15 +97,13 @@ def arrays_of(state: Untouched) -> dict[str, Any]:
     paths, names = state.paths, list(state.fields)
     return {
         "about": np.array(json.dumps({"lights": names, "particles": state.particles, "samples": paths.samples,
-                                      "recorded": state.light.particles, "pixels": paths.response.shape[0],
-                                      "columns": paths.response.shape[1]})),
+                                      "recorded": state.light.particles, "shape": paths.response.shape})),
         **{f"fluence {name}": state.fields[name].fluence for name in names},
         **{f"body {name}": state.fields[name].body for name in names},
         **{f"irradiance {name}": state.fields[name].irradiance for name in names},
         "held": state.held_mm3, "image": state.image, "direct": paths.direct, "data": paths.response.data,
         "indices": paths.response.indices, "indptr": paths.response.indptr, "rays": np.array(paths.rays),
-        "first": np.array(paths.first), "owner": paths.owner, "escapes": state.light.escapes(),
-        "owners": state.light.owners,
+        "owner": paths.owner, "escapes": state.light.escapes(), "owners": state.light.owners,
     }  # fmt: skip
 
 
@@ -120,14 +119,11 @@ def untouched_of(stored: Any) -> Untouched:
         )
         for name in about["lights"]
     }
-    response = (stored["data"], stored["indices"], stored["indptr"])
+    response = sp.csr_matrix((stored["data"], stored["indices"], stored["indptr"]), tuple(about["shape"]))
     return Untouched(
         fields=fields,
         particles=about["particles"],
-        paths=RecordedPaths.of(
-            direct=stored["direct"], response=response, columns=about["columns"], rays=stored["rays"],
-            first=stored["first"], owner=stored["owner"], samples=about["samples"],
-        ),
+        paths=RecordedPaths.of(stored["direct"], response, stored["rays"], stored["owner"], about["samples"]),
         light=RecordedLight.of(stored["escapes"], stored["owners"], about["recorded"]),
         held_mm3=stored["held"],
         image=stored["image"],

@@ -1,17 +1,15 @@
 """What both passes ask of a loaded scene: its shapes by their role, its lights, its cells, its object."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from magicsim.arrays import Array
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.geometry.printed_cells import FusedCells
 from magicsim.light.backend import aligned, mi
 from magicsim.light.cells.cell_faces import CellFaces, cell_faces
 from magicsim.light.cells.cell_topology import CellTopology
@@ -34,6 +32,7 @@ class GridState:
     """What is known of the cells as they are deformed."""
 
     mesh: SurfaceMesh
+    """Faces are cell-major."""
     cells: int
     centres_mm: Array
     """Mean of the vertices of each cell, shape (cells, 3) [mm]."""
@@ -42,55 +41,10 @@ class GridState:
 
     @cached_property
     def volumes_mm3(self) -> Array:
-        """Shape (cells,) [mm3]."""
-        return cell_volumes_mm3(self.mesh.vertices, self.mesh.faces, self.cells)
-
-
-class GridStates:
-    """Keeps the state of a mesh until its vertices are replaced."""
-
-    def __init__(self, triangles_per_cell: int, topology: CellTopology | None, fused: FusedCells | None = None) -> None:
-        """For an infill of disjoint cells.
-
-        With a topology hits are looked for in the cell that a ray is in, in and beside `fused` cells and without it
-        among all triangles.
-        """
-        self._triangles_per_cell, self._topology, self._fused = triangles_per_cell, topology, fused
-        self._positions: Any = None
-        self._state: GridState | None = None
-
-    def of(self, infill: Any, strangers: Sequence[Any]) -> GridState:
-        """State of the cells.
-
-        Where strangers, as LED strips do under a thin skin, may reach into the grid, all hits are searched for.
-        """
-        positions = mi.traverse(infill)["vertex_positions"]
-        # Replaced vertices are another variable. The one kept here stays alive, so that its index is not used again; it
-        # is a handle of our own, because what the mesh hands out follows the mesh.
-        if self._state is None or self._positions.index != positions.index:
-            state = self._computed(mesh_of(infill), infill.bbox(), strangers)
-            self._positions, self._state = mi.Float(positions), state
-        return self._state
-
-    def _computed(self, mesh: SurfaceMesh, box: Any, strangers: Sequence[Any]) -> GridState:
-        cells = len(mesh.faces) // self._triangles_per_cell
-        pairs = None
-        if self._fused is not None:
-            mesh, pairs = SurfaceMesh(vertices=mesh.vertices, faces=self._fused.closed), self._fused.pairs
-        alone = not any(box.overlaps(shape.bbox()) for shape in strangers)
-        return GridState(
-            mesh=mesh,
-            cells=cells,
-            centres_mm=mesh.vertices.reshape(cells, -1, 3).mean(1),
-            faces=cell_faces(mesh.vertices, self._topology, pairs) if self._topology is not None and alone else None,
-        )
-
-
-def cell_volumes_mm3(vertices: Array, faces: npt.NDArray[np.int32], cells: int) -> Array:
-    """Volume of each deformed cell by the divergence theorem, shape (cells,) [mm3]; faces are cell-major."""
-    corners = vertices[faces].reshape(cells, -1, 3, 3)
-    corners = corners - corners[:, :1, :1]
-    return np.asarray(np.einsum("cti,cti->c", corners[:, :, 0], np.cross(corners[:, :, 1], corners[:, :, 2])) / 6)
+        """Volume of each cell by the divergence theorem, shape (cells,) [mm3]."""
+        corners = self.mesh.vertices[self.mesh.faces].reshape(self.cells, -1, 3, 3)
+        corners = corners - corners[:, :1, :1]
+        return np.asarray(np.einsum("cti,cti->c", corners[:, :, 0], np.cross(corners[:, :, 1], corners[:, :, 2])) / 6)
 
 
 class Inventory:
@@ -108,9 +62,10 @@ class Inventory:
         """What shines from all around, or None."""
         self._object_mesh = own_mesh
         self._triangles_per_cell = max(elastomer.triangles_per_cell, 1)
-        self._grids = GridStates(self._triangles_per_cell, CellTopology.of(elastomer), elastomer.fused)
+        self._topology, self._fused = CellTopology.of(elastomer), (fused := elastomer.fused)
+        self._positions: Any = None
+        self._grid: GridState | None = None
         self._kernels: dict[tuple[bool, int], IrradianceKernel] = {}
-        fused = elastomer.fused
         self._openings = mi.UInt32(aligned(fused.beyond, np.uint32)) if fused is not None else None
         self._coating, self._scatterers = FaceCoating.of(elastomer, rig), HeldScatterers.of(elastomer)
 
@@ -136,11 +91,34 @@ class Inventory:
         return self._coating.face(self._body) if self._coating is not None and self._coating.is_opaque else None
 
     def grid(self) -> GridState | None:
-        """The cells as they are deformed, or None without a grid."""
+        """The cells as they are deformed, or None without a grid; computed when their vertices were replaced.
+
+        Hits are looked for in the cell that a ray is in; in and beside fused cells, and all of them where something may
+        reach into the grid, as LED strips do under a thin skin, among all triangles.
+        """
+        if self._infill is None:
+            return None
+        positions = mi.traverse(self._infill)["vertex_positions"]
+        # Replaced vertices are another variable. The one kept here stays alive, so that its index is not used again; it
+        # is a handle of our own, because what the mesh hands out follows the mesh.
+        if self._grid is None or self._positions.index != positions.index:
+            self._grid, self._positions = self._deformed(self._infill), mi.Float(positions)
+        return self._grid
+
+    def _deformed(self, infill: Any) -> GridState:
+        mesh, box, pairs = mesh_of(infill), infill.bbox(), None
+        cells = len(mesh.faces) // self._triangles_per_cell
+        if self._fused is not None:
+            mesh, pairs = SurfaceMesh(vertices=mesh.vertices, faces=self._fused.closed), self._fused.pairs
         # The housing stands around the block, so that its box tells nothing.
         known = {BODY, INFILL, PLACE, OBJECT, GHOST, HOUSING}
-        strangers = [shape for shape in self._scene.shapes() if shape.id() not in known]
-        return self._grids.of(self._infill, strangers) if self._infill is not None else None
+        alone = not any(box.overlaps(shape.bbox()) for shape in self._scene.shapes() if shape.id() not in known)
+        return GridState(
+            mesh=mesh,
+            cells=cells,
+            centres_mm=mesh.vertices.reshape(cells, -1, 3).mean(1),
+            faces=cell_faces(mesh.vertices, self._topology, pairs) if self._topology is not None and alone else None,
+        )
 
     def volumes_mm3(self) -> Array:
         """Volumes of the infill in the cells, shape (cells, 1) [mm3]; 1 without a grid."""

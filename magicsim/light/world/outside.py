@@ -31,7 +31,7 @@ class Outside:
         if object_mesh is not None:
             scene[OBJECT] = mesh_shape(object_mesh, OBJECT, content.object_finish.bsdf())
         if flashlight:
-            scene[FLASHLIGHT] = flashlight_entry(rig, 0.0)
+            scene[FLASHLIGHT] = flashlight_entry(rig)
         self.rig = rig
         self.scene: Any = mi.load_dict(scene, optimize=False)
         self.object: Any = shape_named(self.scene, OBJECT)

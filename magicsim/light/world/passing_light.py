@@ -18,14 +18,11 @@ class PassingLight:
     """The change of the room by something that can be moved."""
 
     def __init__(self, passing: Passing, room: Any, ambient: tuple[float, float, float]) -> None:
-        self._room, self._color = room, mi.Color3f(*(dr.opaque(mi.Float, each) for each in self._own(passing, ambient)))
+        own = [share * light for share, light in zip(passing.reflectance, ambient, strict=True)]
+        self._room, self._color = room, mi.Color3f(*(dr.opaque(mi.Float, each) for each in own))
         numbers = (passing.distance_mm, passing.rise_mm, *(size / 2 for size in passing.size_mm))
         self._distance, self._rise, self._half_width, self._half_height = (dr.opaque(mi.Float, n) for n in numbers)
         self._place = dr.opaque(mi.Float, 0.0)
-
-    @staticmethod
-    def _own(passing: Passing, ambient: tuple[float, float, float]) -> list[float]:
-        return [share * light for share, light in zip(passing.reflectance, ambient, strict=True)]
 
     def place(self, x_mm: float) -> None:
         """Moves its middle along x [mm]."""
@@ -35,10 +32,8 @@ class PassingLight:
         """Change of the radiance that arrives along `-si.wi`, mi.Color3f."""
         towards = -si.wi
         far = self._distance / dr.maximum(-towards.z, 1e-6)
-        across, up = (
-            (far * towards.x - self._place) / self._half_width,
-            (far * towards.y - self._rise) / self._half_height,
-        )
+        across = (far * towards.x - self._place) / self._half_width
+        up = (far * towards.y - self._rise) / self._half_height
         covered = dr.select(towards.z < 0, _faded(across) * _faded(up), 0)
         seen = active & (covered > 0)
         return dr.select(seen, covered * (self._color - self._room.eval(si, seen)), 0)

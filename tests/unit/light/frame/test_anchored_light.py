@@ -17,9 +17,9 @@ def light(fluence):
 
 def anchored(now, cheap, careful, share=None):
     """Fluence of one light alone, where a share of it comes from a contact."""
-    states = ({"led": light(fluence)} for fluence in (now, cheap, careful))
+    states = (light(fluence) for fluence in (now, cheap, careful))
     expected = None if share is None else Expected(cells=np.full(CELLS, share), voxels=np.ones(1))
-    return anchored_light(*states, COUNTS, None, expected=expected)["led"].fluence
+    return anchored_light(*states, COUNTS, None, expected=expected).fluence
 
 
 @pytest.fixture
@@ -98,10 +98,9 @@ def test_squeezed_voxels_are_as_bright_as_before(careful):
     held[100:140] = 0.2
     cheap = noisy(careful, random)
     states = [
-        {"led": LightField(fluence=careful, body=body, irradiance=np.zeros((1, 3)))}
-        for body in (held * cheap, cheap, careful)
+        LightField(fluence=careful, body=body, irradiance=np.zeros((1, 3))) for body in (held * cheap, cheap, careful)
     ]
-    body = anchored_light(*states, None, COUNTS, growth=held)["led"].body
+    body = anchored_light(*states, None, COUNTS, growth=held).body
     np.testing.assert_allclose(body, held * careful, rtol=1e-9)
 
 
@@ -121,8 +120,8 @@ def test_half_of_a_noise_that_is_shared_in_half_is_taken_off(careful):
 
 
 def test_without_a_grid_the_careful_field_stands(careful):
-    states = ({"led": light(fluence)} for fluence in (2 * careful, careful, careful))
-    assert anchored_light(*states, None, None)["led"].fluence is careful
+    states = (light(fluence) for fluence in (2 * careful, careful, careful))
+    assert anchored_light(*states, None, None).fluence is careful
 
 
 def test_expected_size_is_that_of_the_lit_cells(careful):

@@ -49,8 +49,8 @@ def transport(sensor):
 
 
 def look(transport, target, room, *, rays):
-    world, light = transport.world, transport.light
-    return target.look(world.scene, room, room, light.ports, light.lines, transport.rest.light, rays=rays, seed=0)
+    scene, light = transport.world.scene, transport.rest.light
+    return target.look(scene, room, room, transport.ports, transport.lines, light, rays=rays, seed=0)
 
 
 def changes(sensor, state):
@@ -65,11 +65,11 @@ def test_light_of_an_even_room_through_the_ports_is_that_of_its_particles_throug
     beam = world.sent(ENVIRONMENT, count, seed=1)[0]
     starts = LightStarts.emitted([beam])
     place = starts.rays(-starts.rays.o.z / starts.rays.d.z)
-    width, height = transport.light.ports.footprint_mm
+    width, height = transport.ports.footprint_mm
     kept = dr.compress((dr.abs(place.x) < width / 2) & (dr.abs(place.y) < height / 2))
     tracks = world.light_pass(starts.some(kept))
     traced = tracks.cells[0].mean(1) / (FIXED_POINT * count) / world.inventory.volumes_mm3()[:, 0]
-    brought = transport.light.brought[: len(traced)].sum(1) * BRIGHT
+    brought = transport.brought[: len(traced)].sum(1) * BRIGHT
     assert brought.sum() / traced.sum() == pytest.approx(1, abs=0.02)
     assert np.corrcoef(brought, traced)[0, 1] > 0.95
 
@@ -77,7 +77,7 @@ def test_light_of_an_even_room_through_the_ports_is_that_of_its_particles_throug
 def test_light_of_the_rest_that_leaves_is_what_falls_on_a_face_before_it(sensor, transport):
     target = NearObject.of(sensor.renderer.object_mesh, Finish(color=(0.0, 0.0, 0.0)))
     target.place(sensor.view(at(0.01), sensor.rest).indenter.pose)
-    light = transport.light
+    light = transport
     met = look(transport, target, None, rays=20_000)
     top, dark = target.placed.vertices[target.mesh.faces, 2].mean(1) > -0.05, np.zeros((len(target.mesh.faces), 3))
     middle = (light.room + light.strips).reshape(12, 10, -1, 3)[5:7, 4:6].mean((0, 1, 2))
@@ -93,15 +93,15 @@ def test_an_object_as_bright_as_the_room_that_it_hides_changes_nothing(sensor, t
     target.place(sensor.view(at(0.5), sensor.rest).indenter.pose)
     pixels = np.arange(transport.rest.image.shape[0] * transport.rest.image.shape[1], dtype=np.uint32)
     room = transport.world.inventory.environment
-    light = transport.light
+    light = transport
     met = look(transport, target, room, rays=1000)
     for share, expected in ((1.0, 0.0), (3.0, 2.0)):
         even = np.full((len(target.mesh.faces), 3), share * BRIGHT * np.pi / 0.5)
-        seen = transport.light.seen.seen_outside(room, target, even, target.finish, pixels) / BRIGHT
+        seen = transport.seen.seen_outside(room, target, even, target.finish, pixels) / BRIGHT
         assert (seen.max() > 0.1) == (expected > 0)
         came = light.sums @ met.changes(even, np.zeros((len(met.behind), 3))) / BRIGHT
-        assert came[: transport.light.brought.shape[1]].max() == pytest.approx(expected, abs=1e-4)
-        hidden = transport.light.seen.seen_outside(room, target, 0 * even, target.finish, pixels) / BRIGHT
+        assert came[: transport.brought.shape[1]].max() == pytest.approx(expected, abs=1e-4)
+        hidden = transport.seen.seen_outside(room, target, 0 * even, target.finish, pixels) / BRIGHT
         np.testing.assert_allclose(seen, -expected * hidden, atol=1e-4)
 
 
@@ -121,7 +121,7 @@ def test_a_far_object_gets_as_much_from_recorded_particles_as_through_the_ports(
     target.place(sensor.view(at(12.0), sensor.rest).indenter.pose)
     met = look(transport, target, None, rays=300_000)
     own, areas = np.zeros((len(target.mesh.faces), 3)), met.areas_mm2
-    by_ports = (met.irradiance(transport.light.strips, own) - met.strips).T @ areas
+    by_ports = (met.irradiance(transport.strips, own) - met.strips).T @ areas
     by_particles = met.strips.T @ areas / (1 - target.from_ports)
     assert 0 < target.from_ports < 0.2
     assert by_particles.sum() == pytest.approx(by_ports.sum(), rel=0.1)
