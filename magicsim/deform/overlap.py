@@ -93,7 +93,12 @@ def overlap_fault(lattice: Lattice, face: ContactFace, state: Deformation, inden
     if not chosen.any():
         return None
     depth, rest, feet = inside.depth_mm[chosen], inside.rest_mm[chosen], inside.feet_mm[chosen]
-    spacing = np.max([_interval_mm(planes, rest[:, axis]) for axis, planes in enumerate(lattice.planes_mm[:2])], axis=0)
+    # Distances of the node planes on both sides of each place.
+    intervals = [
+        np.diff(planes)[np.clip(np.searchsorted(planes, places, side="right") - 1, 0, len(planes) - 2)]
+        for planes, places in zip(lattice.planes_mm, rest.T[:2], strict=False)
+    ]
+    spacing = np.max(intervals, axis=0)
     pressing = state.contact_points_mm[state.contact_pressure_mpa > 0]
     is_felt = np.zeros(len(depth), bool)
     if len(pressing) > 0:
@@ -153,7 +158,11 @@ def points_inside(lattice: Lattice, displacements_mm: Array, indenter: Indenter)
     depth = np.einsum("qi,qi->q", away, inward) / np.linalg.norm(inward, axis=1)
     beside = np.einsum("qi,qai->qa", away, along) / np.einsum("qai,qai->qa", along, along)
     step = [places[0][1] - places[0][0], places[1][1] - places[1][0]]
-    depth = np.minimum(depth, _to_side_mm(lattice, rest + np.clip(beside, np.negative(step), step)))
+    place = rest + np.clip(beside, np.negative(step), step)
+    sides = [planes[-1] - place[:, axis] for axis, planes in enumerate(lattice.planes_mm[:2])]
+    if not lattice.is_mirrored:  # planes of symmetry are no sides
+        sides += [place[:, axis] - planes[0] for axis, planes in enumerate(lattice.planes_mm[:2])]
+    depth = np.minimum(depth, np.min(sides, axis=0))
     below = np.flatnonzero(depth > 0)
     return Inside(points_mm=points[below], depth_mm=depth[below], feet_mm=samples[nearest[below]], rest_mm=rest[below])
 
@@ -198,19 +207,6 @@ def _places(planes: Array, low: float, high: float) -> Array:
     reach = float(np.diff(planes).min())
     first, last = np.clip([low - reach, high + reach], planes[0], planes[-1])
     return np.linspace(first, last, int(np.clip(np.ceil((last - first) / SAMPLE_MM), 2, MOST_SAMPLES)) + 1)
-
-
-def _to_side_mm(lattice: Lattice, rest: Array) -> Array:
-    """Distance of places at rest to the nearest side of the block [mm]; planes of symmetry are no sides."""
-    sides = [planes[-1] - rest[:, axis] for axis, planes in enumerate(lattice.planes_mm[:2])]
-    if not lattice.is_mirrored:
-        sides += [rest[:, axis] - planes[0] for axis, planes in enumerate(lattice.planes_mm[:2])]
-    return np.asarray(np.min(sides, axis=0))
-
-
-def _interval_mm(planes: Array, places: Array) -> Array:
-    """Distance of the node planes on both sides of each place [mm]."""
-    return np.diff(planes)[np.clip(np.searchsorted(planes, places, side="right") - 1, 0, len(planes) - 2)]
 
 
 def _remedy(feature_mm: float, spacing_mm: float) -> str:

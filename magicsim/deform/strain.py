@@ -95,9 +95,10 @@ class SkinCells:
         if deformation.is_rest:
             return SkinFields(stretch=np.ones(shape), von_mises_mpa=np.zeros(shape))
         gradients = self.deformation_gradients(deformation.displacements_mm)
+        stretch = np.sqrt(np.linalg.eigvalsh(gradients.swapaxes(-1, -2) @ gradients)[..., -1])  # principal, largest
         stress = von_mises_mpa(gradients, self._kirchhoff(gradients, deformation))
         return SkinFields(
-            stretch=largest_stretch(gradients).max(1).reshape(self.layers, *shape).max(0),
+            stretch=stretch.max(1).reshape(self.layers, *shape).max(0),
             von_mises_mpa=stress.max(1).reshape(self.layers, *shape).max(0),
         )
 
@@ -135,12 +136,6 @@ class SkinCells:
             network = (moduli * deformation.relaxation.tensors[:, :count]).sum(0)
             stress += f @ network[..., FULL] @ transposed
         return np.asarray(stress)
-
-
-def largest_stretch(gradients: Array) -> Array:
-    """Largest principal stretch of deformation gradients of shape (..., 3, 3), shape (...)."""
-    metric = gradients.swapaxes(-1, -2) @ gradients
-    return np.asarray(np.sqrt(np.linalg.eigvalsh(metric)[..., -1]))
 
 
 def von_mises_mpa(gradients: Array, kirchhoff_mpa: Array) -> Array:

@@ -136,7 +136,8 @@ class FieldMaker:
             if plane.is_warp:
                 fine.append(self._taken_along(rest, plane, shift) - rest)
             if plane.is_seen:
-                coarse.append(_halved(shift) / SHIFT_UNIT_MM)
+                rows, columns = shift.shape[:2]
+                coarse.append(shift.reshape(rows // 2, 2, columns // 2, 2, -1).mean((1, 3)) / SHIFT_UNIT_MM)
         fine += [rest - 1, (free - self.rest) / self.scale, contact[..., None]]
         size_mm = np.asarray(cv2.GaussianBlur(size_mm, (0, 0), GATE_PX), np.float32)
         fields = np.concatenate([_folded(np.concatenate(fine, -1)), *(each.transpose(2, 0, 1) for each in coarse)])
@@ -213,11 +214,6 @@ def _nearest(values: Array, wanted: float) -> int:
 
 def _between(places: Array, nodes: Array) -> npt.NDArray[np.float32]:
     return np.interp(places, nodes, np.arange(len(nodes))).astype(np.float32)
-
-
-def _halved(image: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    rows, columns = image.shape[:2]
-    return np.asarray(image.reshape(rows // 2, 2, columns // 2, 2, -1).mean((1, 3)), np.float32)
 
 
 def _folded(image: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:

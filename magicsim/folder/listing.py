@@ -94,11 +94,8 @@ def everything_below(folder: Path) -> Iterator[str]:
 
 def files_below(folder: Path) -> list[str]:
     """Names below a folder of all files and links in it, in order."""
-    return sorted(name for name in everything_below(folder) if not _is_folder(folder / name))
-
-
-def _is_folder(path: Path) -> bool:
-    return path.is_dir() and not path.is_symlink()
+    paths = ((name, folder / name) for name in everything_below(folder))
+    return sorted(name for name, path in paths if path.is_symlink() or not path.is_dir())
 
 
 SEAL = "sha256"

@@ -27,7 +27,8 @@ def sole_writer(target: Path) -> Iterator[None]:
     The file goes as the very last thing while the lock is held. Who waits for it then locks a file without a name,
     which `filelock` notices, and begins anew.
     """
-    path = _lock_path(Path(os.path.realpath(target)))  # `.` has no name of its own
+    real = Path(os.path.realpath(target))  # `.` has no name of its own
+    path = real.with_name(f".{real.name}.{LOCK}") if can_be_replaced(real) else real / f".{LOCK}"
     path.parent.mkdir(parents=True, exist_ok=True)
     lock = FileLock(path, blocking=False)
     try:
@@ -51,10 +52,6 @@ def is_lock(name: str) -> bool:
 def can_be_replaced(target: Path) -> bool:
     """Whether a folder can be renamed: it is no mount point, and names can be made beside it."""
     return not os.path.ismount(target) and (not target.parent.is_dir() or os.access(target.parent, os.W_OK | os.X_OK))
-
-
-def _lock_path(target: Path) -> Path:
-    return target.with_name(f".{target.name}.{LOCK}") if can_be_replaced(target) else target / f".{LOCK}"
 
 
 MARKER = "config.toml"

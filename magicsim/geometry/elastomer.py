@@ -12,13 +12,14 @@ from magicsim.errors import GeometryError
 from magicsim.geometry.design import FACET_MM, ElastomerDesign
 from magicsim.geometry.grid import CellGrid, resolve_grid, split_count
 from magicsim.geometry.mesh import SurfaceMesh, from_manifold
-from magicsim.geometry.placed_inclusions import DrawnInclusions, draw_inclusions
 from magicsim.geometry.printed_cells import (
     FACET_TOLERANCE,
+    DrawnInclusions,
     FusedCells,
     cell_mesh,
     cell_volume_mm3,
     draw_fused_cells,
+    draw_inclusions,
     printed_cells,
 )
 

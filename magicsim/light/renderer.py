@@ -17,8 +17,15 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import VARIANT, dr, plain_errors
 from magicsim.light.facing.finger import FacingFinger, FingerBody
 from magicsim.light.facing.glow import Glow, facing_light
-from magicsim.light.frame.anchored_image import REACH_PX, anchored_change, anchored_image
-from magicsim.light.frame.frame_image import Look, own_field, passing_light_change, room_part
+from magicsim.light.frame.frame_image import (
+    REACH_PX,
+    Look,
+    anchored_change,
+    anchored_image,
+    own_field,
+    passing_light_change,
+    room_part,
+)
 from magicsim.light.frame.frame_light import Before, free_light, lifted, touched_light
 from magicsim.light.near.lamp_light import LampLight
 from magicsim.light.near.near_object import NearObject
@@ -35,7 +42,7 @@ from magicsim.light.variant import CUDA_VARIANT
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.outside import Outside, Outsides
-from magicsim.light.world.passing_light import PassingLight
+from magicsim.light.world.room_light import PassingLight
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import RECORDED_SAMPLES, RenderSettings
 from magicsim.scenes.timeline import ALONE, AT_REST, LightOrigin, Origin, View
@@ -272,10 +279,11 @@ class Renderer(PlainRenderer):
         settings, most = self.settings, self._most
 
         def passes(world: LitWorld) -> dict[str, Any]:
-            particles = world.shares(settings.particles)
+            particles, vertices = world.shares(settings.particles), self.elastomer.body.vertices
+            regions = Regions.of(vertices.min(0), vertices.max(0), self._film.columns * self._film.rows)
             return {
                 "particles": particles, "seed": self.seed, "samples": min(settings.samples, most), "most": most,
-                "recorded": max(particles.values(), default=0), "with_room": True, "regions": self._regions(),
+                "recorded": max(particles.values(), default=0), "with_room": True, "regions": regions,
             }  # fmt: skip
 
         return self._state(f"{self._key} {settings.samples} {settings.particles} {self.seed}", passes, on_disk=False)
@@ -516,10 +524,6 @@ class Renderer(PlainRenderer):
         if contact is not None:
             moved |= regions.reach(contact.vertices, contact.faces).sum(1).A1 > 0
         return paths.meet(regions.bits(moved), pixels)
-
-    def _regions(self) -> Regions:
-        vertices = self.elastomer.body.vertices
-        return Regions.of(vertices.min(0), vertices.max(0), self._film.columns * self._film.rows)
 
     def _within_reach(self, view: View) -> View:
         """The view without an object that is too far to be seen."""

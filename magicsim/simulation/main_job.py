@@ -14,9 +14,7 @@ from magicsim.arrays import Array
 from magicsim.camera.projection import project_px
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.folder import MARKER, SIGNATURE, result_folder
-from magicsim.geometry.design import ElastomerDesign
 from magicsim.light.variant import activate_variant
-from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import SceneConfig
 from magicsim.simulation.episode import Episode, frame_file
 from magicsim.simulation.meshes import marker_map
@@ -99,10 +97,11 @@ def write_episode(folder: Path, episode: Episode, printed: Lattice) -> None:
     scene = episode.scene
     write_frames(folder, episode)
     if scene.output.displacements:
-        write_lattice(folder / LATTICE, printed)
+        write_places(folder / LATTICE, printed.nodes_mm, {})
     markers = marker_map(scene.design, printed)
-    if markers is not None:
-        write_markers(folder / MARKERS, markers.points_mm, scene.design, scene.rig)
+    if markers is not None:  # one row each, in the order of every frame's lists
+        pixels = project_px(markers.points_mm, scene.design, scene.rig.lens, scene.rig.camera)
+        write_places(folder / MARKERS, markers.points_mm, {"column_px": pixels[:, 0], "row_px": pixels[:, 1]})
     (folder / MARKER).write_text(
         f"{SIGNATURE}\n{tomli_w.dumps(scene.model_dump(mode='json', exclude_none=True))}", encoding="utf-8"
     )
@@ -116,18 +115,10 @@ def write_frames(folder: Path, episode: Episode) -> None:
         (folder / frame_file(frame.truth.index)).write_bytes(encoded.tobytes())
 
 
-def write_lattice(path: Path, lattice: Lattice) -> None:
-    """Writes the rest positions of the nodes that the displacements belong to."""
-    columns = {f"{axis}_mm": lattice.nodes_mm[:, number] for number, axis in enumerate("xyz")}
-    pq.write_table(pa.table(columns), path, compression="zstd")
-
-
-def write_markers(path: Path, rest: Array, design: ElastomerDesign, rig: Rig) -> None:
-    """Writes the undisplaced markers to a Parquet file, one row each, in the order of every frame's lists."""
-    pixels = project_px(rest, design, rig.lens, rig.camera)
-    columns = {f"{axis}_mm": rest[:, number] for number, axis in enumerate("xyz")}
-    columns |= {"column_px": pixels[:, 0], "row_px": pixels[:, 1]}
-    pq.write_table(pa.table(columns), path, compression="zstd")
+def write_places(path: Path, places_mm: Array, more: dict[str, Array]) -> None:
+    """Writes rest positions, shape (places, 3) [mm], and further columns to a Parquet file, one row each."""
+    columns = {f"{axis}_mm": places_mm[:, number] for number, axis in enumerate("xyz")}
+    pq.write_table(pa.table(columns | more), path, compression="zstd")
 
 
 def describe(scene: SceneConfig, estimator: str) -> dict[str, str]:

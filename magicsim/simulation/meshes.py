@@ -205,21 +205,17 @@ def attach_meshes(elastomer: Elastomer, lattice: Lattice) -> Meshes:
     is_face = elastomer.is_face
     disks_below = marker_disks(elastomer.design)
     triangles = elastomer.body.faces[is_face[elastomer.body.faces].all(1)]
+    infill, cells, grid = None, elastomer.infill, elastomer.grid
+    if cells is not None and grid is not None:
+        infill = cell_correctors(elastomer.design, grid, lattice, cells.vertices, elastomer.drawn_cell_mm)
     return Meshes(
         body=follow_map(lattice, body),
         face=FollowMap(points_mm=body[is_face], weights=face_weights(lattice, body[is_face, :2])),
-        infill=_attach_infill(elastomer, lattice),
+        infill=infill,
         is_face=is_face,
         markers=follow_map(lattice, disks_below.vertices) if disks_below is not None else None,
         face_edges=triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2),
     )
-
-
-def _attach_infill(elastomer: Elastomer, lattice: Lattice) -> CellCorrectors | None:
-    if elastomer.infill is None or elastomer.grid is None:
-        return None
-    cells = elastomer.infill.vertices
-    return cell_correctors(elastomer.design, elastomer.grid, lattice, cells, elastomer.drawn_cell_mm)
 
 
 def deformed_vertices(

@@ -87,7 +87,12 @@ def contact_face(lattice: Lattice, *, point_spacing_mm: float = POINT_SPACING_MM
         slopes=np.stack([_product(along_y.shape, along_x.slope), _product(along_y.slope, along_x.shape)], -1)[order],
         area_mm2=np.outer(along_y.width_mm, along_x.width_mm).ravel()[order],
     )
-    return face if lattice.face is None else _tilted(face, lattice)
+    if lattice.face is None:
+        return face
+    # The points of a curved face have their own rest areas; one of both slopes is per length along the face.
+    area, slopes = face.current_area_mm2(lattice.nodes_mm), face.slopes.copy()
+    slopes[..., 0] *= (face.area_mm2 / area)[:, None]
+    return replace(face, area_mm2=area, slopes=slopes)
 
 
 def point_boxes_mm(lattice: Lattice, *, point_spacing_mm: float = POINT_SPACING_MM) -> tuple[Array, Array]:
@@ -114,14 +119,6 @@ def _axes(lattice: Lattice, spacing_mm: float) -> "tuple[_Axis, _Axis, Index]":
     )
     facet = along_y.interval[:, None] * len(along_x.first) + along_x.interval[None, :]
     return along_x, along_y, np.asarray(facet.ravel())
-
-
-def _tilted(face: ContactFace, lattice: Lattice) -> ContactFace:
-    """The points of a curved face with their own rest areas; one of both slopes is per length along the face."""
-    area = face.current_area_mm2(lattice.nodes_mm)
-    slopes = face.slopes.copy()
-    slopes[..., 0] *= (face.area_mm2 / area)[:, None]
-    return replace(face, area_mm2=area, slopes=slopes)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -226,7 +223,10 @@ def _lagrange(nodes: Array, points: Array) -> tuple[Array, Array]:
 
 def _hermite(planes: Array, interval: Index, t: Array) -> tuple[Array, Array]:
     """Weights of all planes at places t in [0, 1] of intervals, and their derivatives, shapes (points, planes)."""
-    values, slopes, h = np.eye(len(planes)), _slopes(planes), np.diff(planes)[interval, None]
+    values, number, h = np.eye(len(planes)), np.arange(len(planes)), np.diff(planes)[interval, None]
+    # The slope at each plane is that of the chord between its neighbours.
+    lower, upper = np.maximum(number - 1, 0), np.minimum(number + 1, len(planes) - 1)
+    slopes = (values[upper] - values[lower]) / (planes[upper] - planes[lower])[:, None]
     t = t[:, None]
     low, high = values[interval], values[interval + 1]
     low_slope, high_slope = h * slopes[interval], h * slopes[interval + 1]
@@ -234,14 +234,6 @@ def _hermite(planes: Array, interval: Index, t: Array) -> tuple[Array, Array]:
     shape = low + rise * (high - low) + t * (1 - t) ** 2 * low_slope - t * t * (1 - t) * high_slope
     change = 6 * t * (1 - t) * (high - low) + (1 - t) * (1 - 3 * t) * low_slope + t * (3 * t - 2) * high_slope
     return shape, change / h
-
-
-def _slopes(planes: Array) -> Array:
-    """Weights of the slope at each plane: of the chord between its neighbours, shape (planes, planes)."""
-    number = np.arange(len(planes))
-    lower, upper = np.maximum(number - 1, 0), np.minimum(number + 1, len(planes) - 1)
-    values = np.eye(len(planes))
-    return np.asarray((values[upper] - values[lower]) / (planes[upper] - planes[lower])[:, None])
 
 
 def _product(along_y: Array, along_x: Array) -> Array:

@@ -125,9 +125,11 @@ def cell_fields(
     load = np.zeros((3 * count**3, 3))
     for case in range(3):
         np.add.at(load[:, case], dofs.ravel(), loads[:, case].ravel())
-    axial, sheared = (
-        _fluctuation(stiffness, load[:, case], _moving(count, sign)) for case, sign in ((XX, False), (XY, True))
-    )
+    axial, sheared = np.zeros(len(load)), np.zeros(len(load))
+    for found, case, sign in ((axial, XX, False), (sheared, XY, True)):
+        moving = _moving(count, sign)
+        factor = splu(stiffness[moving][:, moving].tocsc(), permc_spec="MMD_AT_PLUS_A")
+        found[moving] = factor.solve(-load[moving, case])
     c11 = energies[XX, XX] + load[:, XX] @ axial
     c12 = energies[XX, YY] + load[:, YY] @ axial
     c44 = energies[XY, XY] + load[:, XY] @ sheared
@@ -160,12 +162,6 @@ def _moving(count: int, antisymmetric: bool) -> Mask:
         held = [other for other in range(3) if (other != axis) == flips]
         moving[np.ix_(on_plane[:, axis], held)] = False
     return moving.ravel()
-
-
-def _fluctuation(stiffness: sp.csr_matrix, load: Array, moving: Mask) -> Array:
-    solution = np.zeros(len(load))
-    solution[moving] = splu(stiffness[moving][:, moving].tocsc(), permc_spec="MMD_AT_PLUS_A").solve(-load[moving])
-    return solution
 
 
 MACRO_STRAINS = np.array([[1, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0, 0, 0, 0, 0, 1]], float)

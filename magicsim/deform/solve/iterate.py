@@ -52,21 +52,17 @@ def evaluated(problem: Problem, surface: Surface, positions: Array, pressure: Ar
     """A state with node positions, shape (nodes, 3) [mm], and volumetric stresses, shape (cells,) [MPa], evaluated."""
     elastic = problem.elasticity.evaluate(positions)
     contact = evaluate_contact(problem.face, positions, surface, memory, problem.law)
+    left = problem.free_forces(elastic.gradient - contact.node_force_n)
+    size = max(problem.least_force_n, float(np.linalg.norm(contact.node_force_n)))
     return Iterate(
         positions=positions,
         pressure=pressure,
         memory=memory,
         elastic=elastic,
         contact=contact,
-        residual=_relative_residual(problem, elastic, contact),
+        residual=float(np.linalg.norm(left)) / size,
         mismatch=slip_mismatch(problem.face, contact, memory, problem.law),
     )
-
-
-def _relative_residual(problem: Problem, elastic: ElasticState, contact: ContactState) -> float:
-    residual = problem.free_forces(elastic.gradient - contact.node_force_n)
-    size = float(np.linalg.norm(contact.node_force_n))
-    return float(np.linalg.norm(residual)) / max(problem.least_force_n, size)
 
 
 MAX_BALANCE = 1e-6

@@ -22,8 +22,7 @@ from magicsim.config.documents import parse_json
 from magicsim.config.presets import PATHS_START, is_file
 from magicsim.errors import ConfigError
 from magicsim.folder.listing import sha256_of
-from magicsim.geometry.files.ply_faces import triangulated_ply
-from magicsim.geometry.files.polygons import off_as_obj, triangulated_obj
+from magicsim.geometry.files.polygons import off_as_obj, triangulated_obj, triangulated_ply
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.shapes.mesh_solid import MeshShape
 

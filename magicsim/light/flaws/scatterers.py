@@ -12,7 +12,7 @@ import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.geometry.elastomer import Elastomer
-from magicsim.geometry.placed_inclusions import DrawnInclusions, PlacedInclusions
+from magicsim.geometry.printed_cells import DrawnInclusions, PlacedInclusions
 from magicsim.light.backend import aligned, dr, mi
 
 OFF_MM = 2e-6

@@ -19,8 +19,7 @@ from magicsim.light.records.recorded_paths import WEIGHT, RecordedPaths
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.world.names import FLASHLIGHT
 from magicsim.light.world.outside import Outside
-from magicsim.light.world.passing_light import PassingLight
-from magicsim.light.world.room_light import missed
+from magicsim.light.world.room_light import PassingLight, missed
 from magicsim.scenes.rig import Flashlight
 
 LINES = 128

@@ -30,7 +30,7 @@ from magicsim.light.transport.path_record import PathRecord
 from magicsim.light.transport.path_starts import ObjectStarts
 from magicsim.light.transport.streams import ON_OBJECT, SEEDS_PER_RENDER
 from magicsim.light.world.names import ENVIRONMENT
-from magicsim.light.world.passing_light import PassingLight
+from magicsim.light.world.room_light import PassingLight
 
 OUT = (1.0, 3, 8)
 """Ports of light that leaves: edge of a patch [mm], about the grid's pitch, rings and sectors of directions."""

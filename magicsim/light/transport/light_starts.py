@@ -6,8 +6,7 @@ from typing import Any, NamedTuple, Self
 
 from magicsim.light.backend import dr, mi
 from magicsim.light.transport.streams import sequence
-from magicsim.light.world.passing_light import PassingPart
-from magicsim.light.world.room_light import Beam, room_particles
+from magicsim.light.world.room_light import Beam, PassingPart, room_particles
 
 CHUNK = 500_000
 """Particles traced at once: bounds the memory, does not change the result."""

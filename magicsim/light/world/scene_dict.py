@@ -11,10 +11,10 @@ from magicsim.geometry.design import Optics
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import mi
-from magicsim.light.flaws.rough_material import interface_bsdf
 from magicsim.light.flaws.scatterers import scatterer_entries
 from magicsim.light.world.finish import COLORS, Finish
 from magicsim.light.world.lamp_shapes import lamp_entries, marker_bsdf, marker_disks
+from magicsim.light.world.materials import face_bsdf, face_places, interface_bsdf, parted
 from magicsim.light.world.names import (
     BLOCK,
     BODY,
@@ -94,8 +94,6 @@ def block_shapes(elastomer: Elastomer, rig: Rig, *, for_paths: bool = False) -> 
     bare = interface_bsdf(materials.body.ior, 1.0, roughness.skin if for_paths else 0, top_mm)
     shapes = {}
     if for_paths and elastomer.design.face_is_special:
-        from magicsim.light.world.face_material import face_bsdf, face_places, parted
-
         body, face = parted(elastomer)
         material, texture = face_bsdf(elastomer), face_places(elastomer)
         face = replace(face, vertices=placed)

@@ -18,7 +18,7 @@ from magicsim.judge.verdicts import Judgement, write_table
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin
 from magicsim.simulation.episode import Episode, FrameLabels, FrameTruth, SimulatedFrame, SolveFigures, frame_file
-from magicsim.simulation.main_job import write_lattice
+from magicsim.simulation.main_job import write_places
 
 PRESSED = FrameState(gap_mm=-1.2, x_mm=0.5, y_mm=-0.25, twist_deg=10.0, flashlight=False, light_x_mm=0.0)
 MASK = np.zeros((16, 12), bool)
@@ -140,7 +140,7 @@ def test_verdicts_of_every_profile_stand_beside_the_truth(tmp_path: Path, episod
 def test_lattice_has_the_rest_position_of_every_node(tmp_path: Path):
     planes = (np.array([-1.0, 0.0, 1.0]), np.array([-2.0, 2.0]), np.array([0.0, 3.0]))
     lattice = box_lattice(planes, shear_modulus_mpa=1.0, lame_mpa=1.0)
-    write_lattice(tmp_path / "lattice.parquet", lattice)
+    write_places(tmp_path / "lattice.parquet", lattice.nodes_mm, {})
     table = pq.read_table(tmp_path / "lattice.parquet")
     assert table.column_names == ["x_mm", "y_mm", "z_mm"]
     assert np.array_equal(np.stack([table[name].to_numpy() for name in table.column_names], 1), lattice.nodes_mm)

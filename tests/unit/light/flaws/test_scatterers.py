@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.geometry.placed_inclusions import PlacedInclusions
+from magicsim.geometry.printed_cells import PlacedInclusions
 from magicsim.light.backend import VARIANT, dr, mi
 from magicsim.light.flaws.scatterers import Scatterers, bump_ahead, turned
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.light.frame.anchored_image import REACH_PX, anchored_image
+from magicsim.light.frame.frame_image import REACH_PX, anchored_image
 
 SHAPE = (110, 100, 3)
 RNG_SEED = 3

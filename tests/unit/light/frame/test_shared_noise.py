@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
 
-from magicsim.light.frame.anchored_image import LENGTHS_PX, change_beyond_noise
+from magicsim.light.frame.frame_image import LENGTHS_PX, change_beyond_noise
 
 SHAPE = (60, 50, 3)
 RNG_SEED = 7
