@@ -186,8 +186,3 @@ class Camera(Config):
             "camera.compression: H.264 predicts from earlier frames": isinstance(self.compression, H264),
         }
         return tuple(reason for reason, holds in reasons.items() if holds)
-
-    @property
-    def moves_pixels(self) -> bool:
-        """Whether the camera's pixels lie elsewhere than those of an ideal pinhole's image."""
-        return any(self.distortion) or any(self.principal_offset_px) or self.rendered_px > 1

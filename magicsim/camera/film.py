@@ -81,7 +81,7 @@ def film(design: ElastomerDesign, lens: Lens, camera: Camera, read: Window | Non
     read_out = read or camera.window
     read = read_out.grown(_spread_px(camera.blur_px), camera.columns, camera.rows)
     columns, rows, places, window = camera.columns, camera.rows, None, read
-    if camera.moves_pixels:
+    if any(camera.distortion) or any(camera.principal_offset_px) or camera.rendered_px > 1:
         slopes, focal = pixel_slopes(camera, focal), focal / camera.rendered_px
         reach = np.ceil(focal * np.abs(slopes).max((0, 1))).astype(int) + BORDER_PX
         columns, rows = (2 * int(half) for half in reach)

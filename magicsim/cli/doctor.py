@@ -6,7 +6,7 @@ import platform
 from dataclasses import dataclass
 
 from magicsim.folder.kept import TAKES, frames_folder, kept_copies, kept_takes
-from magicsim.light.records.untouched_store import default_store
+from magicsim.light.records.untouched import default_store
 from magicsim.light.variant import (
     LLVM_PACKAGE,
     LLVM_VARIANT,

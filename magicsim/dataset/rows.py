@@ -33,7 +33,7 @@ from magicsim.deform.lattice.structure import box_lattice
 from magicsim.errors import ConfigError
 from magicsim.geometry.grid import lattice_planes, resolve_grid
 from magicsim.geometry.indenter import Indenter
-from magicsim.light.records.untouched_store import shared_states
+from magicsim.light.records.untouched import shared_states
 from magicsim.scenes.scene import Keyframe, SceneConfig
 from magicsim.scenes.timeline import TierError, placed_in, timeline
 from magicsim.simulation.emulation import CHECKED_SHARE

@@ -19,7 +19,7 @@ from magicsim.dataset.recipes.draw import DrawnEpisode
 from magicsim.dataset.rows import at_force
 from magicsim.emulator.fields import FieldMaker, Fields
 from magicsim.errors import ConvergenceError, RenderError
-from magicsim.light.records.untouched_store import shared_states
+from magicsim.light.records.untouched import shared_states
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, timeline
 from magicsim.simulation.emulation import before_contact

@@ -13,7 +13,6 @@ import numpy.typing as npt
 from magicsim.arrays import Array, FloatImage, Mask
 from magicsim.emulator.fields import FieldMaker
 from magicsim.emulator.model import ALL, SAME_REST, TouchModel, coarse, find_model, rest_key
-from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.scenes.rig import Rig
@@ -113,12 +112,6 @@ def compared(image: FloatImage, true: FloatImage, gain: Array) -> TierError:
     """
     off = np.abs(gain * (image.astype(np.float64) - true))
     return TierError(float(off.mean()), *(float(np.percentile(off, share)) for share in (95, 99)))
-
-
-def refused(problem: str) -> ConfigError:
-    """What is raised where a scene asks for the fast tier alone."""
-    way = "render.outside_domain = 'true' renders truly"
-    return ConfigError(f"render.tier = 'fast' is not allowed here: {problem}; {way}")
 
 
 def _difference(first: npt.NDArray[np.float32], second: npt.NDArray[np.float32]) -> float:

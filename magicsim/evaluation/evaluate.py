@@ -10,7 +10,7 @@ from magicsim.detectors.verdict import Proximity
 from magicsim.evaluation.answers import check_order, judge_footage
 from magicsim.evaluation.baseline import Baseline, Comparison, condition_of, set_beside
 from magicsim.evaluation.detector import MakeDetector, ProfileDetector, detector_by
-from magicsim.evaluation.footage import Footage, count_takes, film_case, read_recordings
+from magicsim.evaluation.footage import Footage, film_case, read_recordings
 from magicsim.evaluation.rest import Rest, rest_streams
 from magicsim.evaluation.suite import SuiteConfig
 from magicsim.evaluation.take import list_cases
@@ -170,7 +170,8 @@ def evaluate_suite(
     Raises:
         MagicsimError: An episode cannot be simulated or read, the detector fails, or the baseline does not fit.
     """
-    start, total, coated = time.perf_counter(), count_takes(suite), suite.design.is_opaque
+    start, coated = time.perf_counter(), suite.design.is_opaque
+    total = len(list_cases(suite)) + len(suite.recordings)
     with waiting("judging takes", told if progress is None else unheard) as share:
         episodes: list[JudgedEpisode] = []
         footage: list[Footage] = []

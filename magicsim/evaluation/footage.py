@@ -139,11 +139,6 @@ def recorded_footage(recording: RecordedEpisode, tag: EpisodeTag, *, frames_per_
     return Footage(tag=tag, labels=recording.labels, images=recording, frames_per_second=frames_per_second)
 
 
-def count_takes(suite: SuiteConfig) -> int:
-    """Number of independent episodes of a suite."""
-    return len(list_cases(suite)) + len(suite.recordings)
-
-
 def _camera(camera: Camera, noise: SuiteNoise) -> Camera:
     changes = {key: value for key, value in noise.model_dump(exclude={"name"}).items() if value is not None}
     return camera.model_copy(update=changes)

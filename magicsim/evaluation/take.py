@@ -186,7 +186,7 @@ def cached_take(scene: SceneConfig, cache: Path) -> Take:
 
 def film_take(scene: SceneConfig) -> Take:
     """All states of a scene, every one that looks different rendered once."""
-    from magicsim.light.records.untouched_store import shared_states
+    from magicsim.light.records.untouched import shared_states
     from magicsim.simulation.sensor import Sensor, room_radiance
     from magicsim.simulation.stream import stream_states
 

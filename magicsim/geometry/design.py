@@ -206,11 +206,6 @@ class ElastomerDesign(Config):
         in_cells = self.has_grid and infill is not None and infill.sigma_s_per_mm > 0
         return self.materials.body.sigma_s_per_mm > 0 or in_cells
 
-    def as_drawn(self) -> Self:
-        """The design without what its print does to it."""
-        flawless = {"unevenness": Unevenness(), "roughness": Roughness(), "inclusions": Inclusions()}
-        return self.model_copy(update=flawless)
-
     def mounted(self, mounting: Mounting) -> Self:
         """This print on another mounting."""
         return self.model_copy(update={"mounting": mounting})

@@ -12,6 +12,7 @@ from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import VARIANT, mi, plain_errors
 from magicsim.light.facing.finger import FacingFinger
+from magicsim.light.records.untouched import UntouchedStates, default_store
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.variant import SCALAR_VARIANT
 from magicsim.light.world.finish import Finish
@@ -89,16 +90,28 @@ class PlainRenderer:
         seed: int,
         object_mesh: SurfaceMesh | None = None,
         object_finish: Finish | None = None,
+        untouched: UntouchedStates | None = None,
         facing: FacingFinger | None = None,
     ) -> None:
-        """Prepares; scenes are loaded when a view first needs them. All frames share the Monte Carlo seed."""
+        """Prepares; scenes are loaded when a view first needs them.
+
+        Args:
+            elastomer: The block.
+            rig: What surrounds it.
+            settings: Estimator, samples, particles.
+            seed: Monte Carlo seed that all frames share.
+            object_mesh: The object in its own frame, if one will come.
+            object_finish: Its surface; grey by default.
+            untouched: Where the sensor's untouched state is looked up and kept, for other episodes of it.
+            facing: Another finger that looks back, with the object before it; see `Renderer.facing_another`.
+        """
         self.elastomer = elastomer
         self.rig = rig
         self.settings = settings
         self.seed = seed
         self.object_mesh = object_mesh if facing is None else facing.mesh
         self.object_finish = (object_finish or Finish()) if facing is None else facing.finish
-        self._facing = facing
+        self._facing, self._untouched = facing, untouched or UntouchedStates(default_store())
         self.estimator = choose_estimator(settings.estimator, elastomer, rig)
         self._film = film(elastomer.design, rig.lens, rig.camera, rig.camera.window)
         beside = facing.beside if facing is not None else (0, 0)

@@ -3,16 +3,15 @@
 from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
-from functools import partial
-from typing import Any, Self
+from functools import cached_property, partial
+from typing import Self
 
 import numpy as np
 import scipy.sparse as sp
 
 from magicsim.arrays import Array, FloatImage, Mask, Numbers
 from magicsim.camera.camera import Window
-from magicsim.camera.film import film
-from magicsim.geometry.elastomer import Elastomer
+from magicsim.camera.film import Film, film
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import VARIANT, dr, plain_errors
 from magicsim.light.facing.finger import FacingFinger, FingerBody
@@ -32,19 +31,24 @@ from magicsim.light.near.near_object import NearObject
 from magicsim.light.near.near_transport import NearTransport, follow_ports
 from magicsim.light.plain_renderer import PlainRenderer, checked
 from magicsim.light.reach import is_out_of_reach
-from magicsim.light.records.untouched import RECORDED_PARTS, Untouched, untouched_key
-from magicsim.light.records.untouched_store import Made, UntouchedStates, default_store
+from magicsim.light.records.untouched import (
+    RECORDED_PARTS,
+    Made,
+    Untouched,
+    UntouchedStates,
+    default_store,
+    untouched_key,
+)
+from magicsim.light.records.untouched_passes import untouched
 from magicsim.light.transport.light_field import LightField
 from magicsim.light.transport.light_starts import ROOM_PART
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.path_record import Regions
 from magicsim.light.variant import CUDA_VARIANT
-from magicsim.light.world.finish import Finish
+from magicsim.light.world.loaded_scene import Outside, Outsides
 from magicsim.light.world.names import ENVIRONMENT
-from magicsim.light.world.outside import Outside, Outsides
 from magicsim.light.world.room_light import PassingLight
-from magicsim.scenes.rig import Rig
-from magicsim.scenes.scene import RECORDED_SAMPLES, RenderSettings
+from magicsim.scenes.scene import RECORDED_SAMPLES
 from magicsim.scenes.timeline import ALONE, AT_REST, LightOrigin, Origin, View
 
 CLEAR_MM = 1e-3
@@ -62,50 +66,26 @@ MOST_RECORDED = 20_000_000
 class Renderer(PlainRenderer):
     """Owns the Mitsuba scenes of one elastomer on one rig, and the untouched states that its frames refer to."""
 
-    def __init__(
-        self,
-        elastomer: Elastomer,
-        rig: Rig,
-        settings: RenderSettings,
-        *,
-        seed: int,
-        object_mesh: SurfaceMesh | None = None,
-        object_finish: Finish | None = None,
-        untouched: UntouchedStates | None = None,
-        facing: FacingFinger | None = None,
-    ) -> None:
-        """Prepares; scenes are loaded when a view first needs them.
+    leaves_out_unmoved = True
+    """Whether light and camera paths that meet nothing that moved are those of the untouched sensor; otherwise all are
+    traced anew: for comparison. They always are where shadows of a dent fall on a coat that has not moved."""
+    leaves_out_far = True
+    """Whether an object that is too far to be seen is left out; otherwise it is rendered, for comparison."""
+    leaves_out_noise = True
+    """Whether changes of light and image are weighed by what is noise in them; otherwise all of them counts: right in
+    the mean of many frames, as what is trained on them needs it."""
+    _reaches: list[sp.csr_matrix] | None = None
+    _before: tuple[Array | None, float | None, Before] | None = None
+    _passing: PassingLight | None = None
+    _near: NearObject | None = None
 
-        Args:
-            elastomer: The block.
-            rig: What surrounds it.
-            settings: Estimator, samples, particles.
-            seed: Monte Carlo seed that all frames share.
-            object_mesh: The object in its own frame, if one will come.
-            object_finish: Its surface; grey by default.
-            untouched: Where the sensor's untouched state is looked up and kept, for other episodes of it.
-            facing: Another finger that looks back, with the object before it; see `facing_another`.
-        """
-        super().__init__(
-            elastomer, rig, settings, seed=seed, object_mesh=object_mesh, object_finish=object_finish, facing=facing
-        )
-        self.leaves_out_unmoved = not elastomer.design.is_opaque
-        """Whether light and camera paths that meet nothing that moved are those of the untouched sensor; otherwise all
-        are traced anew: for comparison, and where shadows of a dent fall on a coat that has not moved."""
-        self.leaves_out_far = True
-        """Whether an object that is too far to be seen is left out; otherwise it is rendered, for comparison."""
-        self.leaves_out_noise = True
-        """Whether changes of light and image are weighed by what is noise in them; otherwise all of them counts: right
-        in the mean of many frames, as what is trained on them needs it."""
-        self._whole_film = film(
-            elastomer.design, rig.lens, rig.camera, Window.whole(rig.camera.columns, rig.camera.rows)
-        )
-        self._outsides = Outsides(rig, self.object_mesh, self.object_finish, self.load_world)
-        self._untouched = untouched if untouched is not None else UntouchedStates(default_store())
-        self._reaches: list[sp.csr_matrix] | None = None
-        self._before: tuple[Array | None, float | None, Before] | None = None
-        self._passing: PassingLight | None = None
-        self._near: NearObject | None = None
+    @property
+    def _keeps_unmoved(self) -> bool:
+        return self.leaves_out_unmoved and not self.elastomer.design.is_opaque
+
+    @cached_property
+    def _outsides(self) -> Outsides:
+        return Outsides(self.rig, self.object_mesh, self.object_finish, self.load_world)
 
     def reseeded(self, *, seed: int, anchor_seed: int) -> Self:
         """This renderer with other random numbers; both bring their views into the same Mitsuba scenes."""
@@ -242,6 +222,11 @@ class Renderer(PlainRenderer):
         world = self.world(View())
         return self._lit(world, world.lights, read=self._whole_film)
 
+    @cached_property
+    def _whole_film(self) -> Film:
+        rig, camera = self.rig, self.rig.camera
+        return film(self.elastomer.design, rig.lens, camera, Window.whole(camera.columns, camera.rows))
+
     def warm_up(self, view: View) -> None:
         """Compiles what a view of this kind needs, and computes what all such frames share."""
         if self._is_anchored:
@@ -261,32 +246,34 @@ class Renderer(PlainRenderer):
 
     def anchor(self) -> Untouched:
         """The untouched sensor with many samples, computed once."""
-        settings = self.settings
-
-        def passes(world: LitWorld) -> dict[str, Any]:
-            names = world.lights
-            each = max(1, settings.anchor_particles // max(1, len(names)))
-            particles = {name: max(1, each // ROOM_PART) if name == ENVIRONMENT else each for name in names}
-            return {
-                "particles": particles, "seed": settings.anchor_seed, "samples": settings.anchor_samples,
-                "most": min(self._most, RECORDED_SAMPLES), "recorded": each // RECORDED_PARTS,
-            }  # fmt: skip
-
-        return self._state(self._key, passes, on_disk=True)
+        settings, key = self.settings, self._key
+        state = self._untouched.get(key, on_disk=True)
+        if state is None:
+            world = self.light(View())
+            each = max(1, settings.anchor_particles // max(1, len(world.lights)))
+            particles = {name: max(1, each // ROOM_PART) if name == ENVIRONMENT else each for name in world.lights}
+            state = untouched(
+                world, particles, seed=settings.anchor_seed, samples=settings.anchor_samples,
+                most=min(self._most, RECORDED_SAMPLES), recorded=each // RECORDED_PARTS,
+            )  # fmt: skip
+            self._untouched.keep(key, state, on_disk=True)
+        return state
 
     def control(self) -> Untouched:
         """The untouched sensor with the samples, particles and random numbers of a frame, computed once."""
         settings, most = self.settings, self._most
-
-        def passes(world: LitWorld) -> dict[str, Any]:
-            particles, vertices = world.shares(settings.particles), self.elastomer.body.vertices
-            regions = Regions.of(vertices.min(0), vertices.max(0), self._film.columns * self._film.rows)
-            return {
-                "particles": particles, "seed": self.seed, "samples": min(settings.samples, most), "most": most,
-                "recorded": max(particles.values(), default=0), "with_room": True, "regions": regions,
-            }  # fmt: skip
-
-        return self._state(f"{self._key} {settings.samples} {settings.particles} {self.seed}", passes, on_disk=False)
+        key = f"{self._key} {settings.samples} {settings.particles} {self.seed}"
+        state = self._untouched.get(key)
+        if state is None:
+            world, vertices = self.light(View()), self.elastomer.body.vertices
+            particles = world.shares(settings.particles)
+            state = untouched(
+                world, particles, seed=self.seed, samples=min(settings.samples, most), most=most,
+                recorded=max(particles.values(), default=0), with_room=True,
+                regions=Regions.of(vertices.min(0), vertices.max(0), self._film.columns * self._film.rows),
+            )  # fmt: skip
+            self._untouched.keep(key, state)
+        return state
 
     @property
     def _key(self) -> str:
@@ -295,16 +282,6 @@ class Renderer(PlainRenderer):
     @property
     def _most(self) -> int:
         return max(1, MOST_RECORDED // (self._film.columns * self._film.rows))
-
-    def _state(self, key: str, passes: Callable[[LitWorld], dict[str, Any]], *, on_disk: bool) -> Untouched:
-        from magicsim.light.records.untouched_passes import untouched
-
-        state = self._untouched.get(key, on_disk=on_disk)
-        if state is None:
-            world = self.light(View())
-            state = untouched(world, **passes(world))
-            self._untouched.keep(key, state, on_disk=on_disk)
-        return state
 
     def light(self, view: View) -> LitWorld:
         """The scene that shows a view, and the light in it."""
@@ -430,7 +407,7 @@ class Renderer(PlainRenderer):
 
     def _is_moved(self, view: View, placed: Array | None) -> bool:
         """Whether a view needs paths through the block as it is deformed."""
-        return not view.is_undeformed or self._may_touch(placed) or not self.leaves_out_unmoved
+        return not view.is_undeformed or self._may_touch(placed) or not self._keeps_unmoved
 
     def _light(self, view: View, placed: Array | None, *, is_moved: bool) -> tuple[LightField, LightOrigin]:
         """Light in the block and on the object, and where it comes from."""
@@ -506,7 +483,7 @@ class Renderer(PlainRenderer):
 
     def _changed(self, view: View, placed: Array | None, pixels: Numbers) -> Mask:
         """Which pixels have a path of the control record that met something that has moved, shape (pixels,)."""
-        if not self.leaves_out_unmoved:
+        if not self._keeps_unmoved:
             return np.ones(len(pixels), bool)
         paths = self.control().paths
         regions = paths.regions

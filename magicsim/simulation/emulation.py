@@ -11,8 +11,8 @@ from magicsim.arrays import Array, FloatImage
 from magicsim.camera.exposure import meter
 from magicsim.camera.projection import pixel_landing_mm
 from magicsim.deform.deformation import Deformation, Displacement
-from magicsim.emulator.emulator import EMULATED, OFF, Emulator, compared, refused
-from magicsim.errors import RenderError
+from magicsim.emulator.emulator import EMULATED, OFF, Emulator, compared
+from magicsim.errors import ConfigError, RenderError
 from magicsim.light.frame.frame_light import LIFTED_MM
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin, TierError
 from magicsim.simulation.truth import contact_mask
@@ -103,7 +103,8 @@ class Emulation:
 
     def _refuse(self, sensor: "Sensor", problem: str) -> None:
         if sensor.settings.outside_domain == "refuse":
-            raise refused(problem)
+            way = "render.outside_domain = 'true' renders truly"
+            raise ConfigError(f"render.tier = 'fast' is not allowed here: {problem}; {way}")
         if problem not in self.said:
             self.said.add(problem)
             LOGGER.warning("true frames in place of fast ones: %s", problem)

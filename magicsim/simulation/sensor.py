@@ -32,7 +32,7 @@ from magicsim.geometry.limits import LimitsWatch
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.geometry.pose import Pose
-from magicsim.light.records.untouched_store import UntouchedStates
+from magicsim.light.records.untouched import UntouchedStates
 from magicsim.light.renderer import Renderer
 from magicsim.light.world.finish import Finish
 from magicsim.scenes.refusals import sensor_refusal

@@ -53,17 +53,17 @@ class BrightnessWatch:
         """Warns of the first black and of the first saturated frame."""
         mean = float(image.mean())
         if mean < BLACK_GREY:
-            self._warn(f"frame {index} is black (mean grey level {mean:.2g}): {self._why_black()}", key="black")
+            why = f"no light reaches the camera: {GEL}"
+            if not any(self.rig.lit):
+                why = (
+                    "no light of rig.strips, rig.leds and rig.ring shines, and the room is dark (rig.ambient, rig.room)"
+                )
+            self._warn(f"frame {index} is black (mean grey level {mean:.2g}): {why}", key="black")
         white = float((image.min(2) == np.iinfo(np.uint8).max).mean())
         if white > WHITE_SHARE:
             lamp = f" with rig.flashlight.radiance = {list(self.rig.flashlight.radiance)}" if flashlight else ""
             why = f"rig.camera.exposure_grey = {self.rig.camera.exposure_grey:g}{lamp} is too bright"
             self._warn(f"frame {index} is saturated ({white:.0%} of its pixels are white): {why}", key="white")
-
-    def _why_black(self) -> str:
-        if not any(self.rig.lit):
-            return "no light of rig.strips, rig.leds and rig.ring shines, and the room is dark (rig.ambient, rig.room)"
-        return f"no light reaches the camera: {GEL}"
 
     def _warn(self, message: str, *, key: str = "") -> None:
         if key not in self.warned:

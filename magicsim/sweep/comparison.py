@@ -49,7 +49,7 @@ class DesignTask:
 
 def judge_design(task: DesignTask) -> bytes:
     """Judges one design and returns its `DesignResult` as JSON."""
-    from magicsim.light.records.untouched_store import shared_states
+    from magicsim.light.records.untouched import shared_states
     from magicsim.sweep import parts
     from magicsim.sweep.designs import renderings_of, rows_of_renderings
     from magicsim.sweep.mechanics import durability, hardness

@@ -20,7 +20,7 @@ from magicsim.camera.camera import Camera
 from magicsim.camera.exposure import expose
 from magicsim.errors import ConfigError
 from magicsim.geometry.objects.kinds import ObjectConfig
-from magicsim.light.records.untouched_store import UntouchedStates
+from magicsim.light.records.untouched import UntouchedStates
 from magicsim.sampling.distribution import unit_points
 from magicsim.scenes.refusals import gap_refusal
 from magicsim.scenes.scene import FRAMES_PER_SECOND

@@ -18,7 +18,7 @@ from magicsim.deform.indentation.press import press
 from magicsim.errors import ConfigError, ConvergenceError, FrameError, MagicsimError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import resolve_grid
-from magicsim.light.records.untouched_store import UntouchedStates
+from magicsim.light.records.untouched import UntouchedStates
 from magicsim.notebook.screen import beside_change
 from magicsim.report.text import data_uri
 from magicsim.sweep import detection, texture

@@ -33,7 +33,7 @@ from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.plain import BoxObject
 from magicsim.geometry.objects.textured import DotsObject, LinesObject
 from magicsim.judge.measures import interval
-from magicsim.light.records.untouched_store import UntouchedStates
+from magicsim.light.records.untouched import UntouchedStates
 from magicsim.notebook.screen import beside_change
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.timeline import UNTOUCHED

@@ -21,6 +21,7 @@ from magicsim.errors import GeometryError, OutputError
 from magicsim.folder import PRODUCER, check_file, refuse_unsigned, result_file
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
+from magicsim.geometry.flaws import Inclusions, Roughness, Unevenness
 from magicsim.geometry.mesh import SurfaceMesh
 
 SUFFIXES = (".stl", ".3mf", ".glb")
@@ -155,7 +156,8 @@ def export_design(design: ElastomerDesign, out: Path | str) -> Export:
     if out.suffix not in SUFFIXES:
         raise OutputError(f"out = '{out}' is not allowed: must end in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
     check_file(out)
-    parts = printed_parts(build_elastomer(design.as_drawn()))
+    as_drawn = {"unevenness": Unevenness(), "roughness": Roughness(), "inclusions": Inclusions()}
+    parts = printed_parts(build_elastomer(design.model_copy(update=as_drawn)))
     for path in _paths(out, parts)[1:]:
         refuse_unsigned(path)
     return Export(

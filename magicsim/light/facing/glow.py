@@ -20,7 +20,7 @@ from magicsim.light.transport.light_starts import LightStarts
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.recorded_light import LightRecord, RecordedLight
 from magicsim.light.transport.streams import FACING, SEEDS_PER_RENDER, sequence
-from magicsim.light.world.outside import Outside
+from magicsim.light.world.loaded_scene import Outside
 
 HALF_TURN = np.array([-1.0, 1.0, -1.0])
 """Half a turn about y, which brings one finger's frame to the other's, applied to each coordinate."""

@@ -199,15 +199,8 @@ class HeldScatterers:
             return None
         return cls(drawn, infill.ior, elastomer.design.inclusions.flake_reflectance)
 
-    def on(self, infill: Any) -> Scatterers:
-        """Where they are in the mesh of the cells as it is now."""
-        return self._now(infill)[0]
-
-    def air_mm3(self, infill: Any) -> Array:
-        """Volume of the bubbles in each cell, shape (cells, 1) [mm3]."""
-        return self._now(infill)[1]
-
-    def _now(self, infill: Any) -> tuple[Scatterers, Array]:
+    def now(self, infill: Any) -> tuple[Scatterers, Array]:
+        """Where they are in the mesh of the cells, and the volume of the bubbles in each, shape (cells, 1) [mm3]."""
         positions = mi.traverse(infill)["vertex_positions"]
         # Replaced vertices are another variable, and the one kept here stays alive.
         if self._state is None or self._positions.index != positions.index:

@@ -26,8 +26,8 @@ from magicsim.light.transport.light_pass import FIXED_POINT, sum_tracks
 from magicsim.light.transport.light_starts import ROUND_OBJECT, LightStarts, Sent, chunks
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.streams import PASSING, PASSING_ON_OBJECT, SEEDS_PER_RENDER
+from magicsim.light.world.loaded_scene import Outside
 from magicsim.light.world.names import ENVIRONMENT
-from magicsim.light.world.outside import Outside
 from magicsim.light.world.room_light import PassingLight, PassingPart
 
 SPREAD_PX = 6.0

@@ -24,8 +24,8 @@ from magicsim.light.transport.light_pass import FIXED_POINT, Tracks
 from magicsim.light.transport.light_starts import LightStarts, Sent, chunks
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.streams import ROOM_BACK, SEEDS_PER_RENDER
+from magicsim.light.world.loaded_scene import Outside
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
-from magicsim.light.world.outside import Outside
 from magicsim.scenes.timeline import LightOrigin
 
 LIFTED_MM = 2e-3
@@ -74,7 +74,16 @@ class Before:
     @cached_property
     def traced(self) -> LightField:
         """By the particles of the frame."""
-        return _traced_before(self.world, self.placed(), self.control, seed=self.seed)
+        world, outside, control, seed = self.world, self.placed(), self.control, self.seed
+        unseen = [replace(each, irradiance=np.zeros((1, CHANNELS))) for each in control.fields.values()]
+        rest = total([world.darkness(), *unseen])
+        back = [follow_light(world, outside, control.light, seed=seed)]
+        if ENVIRONMENT in control.fields:
+            back.append(room_change(world, outside, control, seed=seed))
+        fluence, body, irradiance = (
+            sum(getattr(each, name) for each in back) for name in ("fluence", "body", "irradiance")
+        )
+        return replace(rest, fluence=rest.fluence + fluence, body=rest.body + body, irradiance=irradiance)
 
 
 def touched_light(
@@ -88,7 +97,12 @@ def touched_light(
     knows the contact, all changes that are found count.
     """
     shares = world.shares(particles)
-    expected = _expected(world, contact) if contact is not None else None
+    expected = None
+    if contact is not None:  # what share of the light of each cell and voxel comes from it
+        part, surface = world.body_part(), (contact.vertices, contact.faces)
+        places = part.centres_mm if part is not None else np.zeros((1, 3))
+        cells = contact_share(world.inventory.centres_mm(), *surface)
+        expected = Expected(cells=cells, voxels=contact_share(places, *surface))
     if expected is not None and world.voxels is None and expected.size(before.anchor.fluence) < least:
         lamp = {name: count for name, count in shares.items() if name == FLASHLIGHT}
         return total([before.anchor, *world.light_fields(lamp, seed=seed).values()]), "before contact"
@@ -103,16 +117,6 @@ def touched_light(
     ]
     anchored = replace(total(found), irradiance=now.irradiance)
     return total([anchored, *([flashlight] if flashlight is not None else [])]), "traced"
-
-
-def _expected(world: LitWorld, contact: SurfaceMesh) -> Expected:
-    """What share of the light of each cell and voxel comes from the contact."""
-    part = world.body_part()
-    voxels = part.centres_mm if part is not None else np.zeros((1, 3))
-    return Expected(
-        cells=contact_share(world.inventory.centres_mm(), contact.vertices, contact.faces),
-        voxels=contact_share(voxels, contact.vertices, contact.faces),
-    )
 
 
 def _own_light(world: LitWorld, outside: Outside, anchor: Untouched, control: Untouched, *, seed: int) -> LightField:
@@ -135,19 +139,6 @@ def _own_light(world: LitWorld, outside: Outside, anchor: Untouched, control: Un
         body=lit.body + changed.body - rest.body,
         irradiance=lit.irradiance + change.irradiance,
     )
-
-
-def _traced_before(world: LitWorld, outside: Outside, control: Untouched, *, seed: int) -> LightField:
-    """Light of strips and room with something outside, by the particles of the frame."""
-    unseen = [replace(each, irradiance=np.zeros((1, CHANNELS))) for each in control.fields.values()]
-    rest = total([world.darkness(), *unseen])
-    back = [follow_light(world, outside, control.light, seed=seed)]
-    if ENVIRONMENT in control.fields:
-        back.append(room_change(world, outside, control, seed=seed))
-    fluence, body, irradiance = (
-        sum(getattr(each, name) for each in back) for name in ("fluence", "body", "irradiance")
-    )
-    return replace(rest, fluence=rest.fluence + fluence, body=rest.body + body, irradiance=irradiance)
 
 
 def _by_channel(field: LightField) -> list[LightField]:

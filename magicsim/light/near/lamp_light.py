@@ -17,8 +17,8 @@ from magicsim.light.near.near_object import radiance_of
 from magicsim.light.near.ports import BELOW_MM, Ports, rays_along
 from magicsim.light.records.recorded_paths import WEIGHT, RecordedPaths
 from magicsim.light.transport.lit_world import LitWorld
+from magicsim.light.world.loaded_scene import Outside
 from magicsim.light.world.names import FLASHLIGHT
-from magicsim.light.world.outside import Outside
 from magicsim.light.world.room_light import PassingLight, missed
 from magicsim.scenes.rig import Flashlight
 

@@ -20,8 +20,8 @@ from magicsim.light.transport.camera_pass import ROULETTE_WEIGHT
 from magicsim.light.transport.path_record import PathRecord, Regions
 from magicsim.light.transport.path_starts import ObjectStarts
 from magicsim.light.world.finish import Finish
+from magicsim.light.world.loaded_scene import Outside
 from magicsim.light.world.medium import leave
-from magicsim.light.world.outside import Outside
 from magicsim.light.world.room_light import missed
 
 Follow = Callable[[ObjectStarts], Array]

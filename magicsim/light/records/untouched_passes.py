@@ -15,8 +15,8 @@ from magicsim.light.transport.path_record import PathRecord, Regions
 from magicsim.light.transport.path_starts import CameraStarts, ObjectStarts
 from magicsim.light.transport.recorded_light import LightRecord, RecordedLight
 from magicsim.light.transport.streams import LIGHT_BACK, MIRRORED, SEEDS_PER_RENDER
+from magicsim.light.world.loaded_scene import Outside
 from magicsim.light.world.names import ENVIRONMENT
-from magicsim.light.world.outside import Outside
 
 CAREFUL_PATTERN = 2**40
 """Number of the careful images' first pattern of pixel positions: their error is none of a frame's."""

@@ -20,6 +20,7 @@ from magicsim.light.transport.path_record import Gathered, PathRecord
 from magicsim.light.transport.path_starts import PathStarts
 from magicsim.light.world.coating import ASKED, after_surface, meet_face, send_on
 from magicsim.light.world.finish import Finish
+from magicsim.light.world.loaded_scene import nearer_hit
 from magicsim.light.world.medium import (
     Coefficients,
     Constants,
@@ -33,7 +34,6 @@ from magicsim.light.world.medium import (
     scattering_stretch,
 )
 from magicsim.light.world.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
-from magicsim.light.world.outside import nearer_hit
 from magicsim.light.world.room_light import missed
 from magicsim.light.world.shapes import Shapes
 

@@ -21,6 +21,7 @@ from magicsim.light.transport.cached_light import Voxels
 from magicsim.light.transport.light_starts import TURNS, LightStarts
 from magicsim.light.transport.recorded_light import LightRecord, take_down
 from magicsim.light.world.coating import bounced, meet_face
+from magicsim.light.world.loaded_scene import nearer_hit
 from magicsim.light.world.medium import (
     Constants,
     Media,
@@ -32,7 +33,6 @@ from magicsim.light.world.medium import (
     scattering_stretch,
 )
 from magicsim.light.world.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
-from magicsim.light.world.outside import nearer_hit
 from magicsim.light.world.shapes import Shapes
 
 FIXED_POINT = 2.0**24

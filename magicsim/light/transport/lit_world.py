@@ -33,10 +33,9 @@ from magicsim.light.transport.recorded_light import LightRecord
 from magicsim.light.transport.streams import COAT, ON_OBJECT, ROOM_ON_OBJECT, SEEDS_PER_RENDER
 from magicsim.light.world.coated_face import CoatLight
 from magicsim.light.world.inventory import Inventory
-from magicsim.light.world.loaded_scene import World
+from magicsim.light.world.loaded_scene import Outside, World
 from magicsim.light.world.medium import Constants, Media
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
-from magicsim.light.world.outside import Outside
 from magicsim.light.world.scene_dict import WorldContent, lights_inside, lights_off
 from magicsim.light.world.shapes import Shapes, in_body, mesh_of
 from magicsim.scenes.rig import INSET_MM, Rig

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from magicsim.light.backend import columns, dr, mi, pointer
 from magicsim.light.transport.light_starts import LightStarts
-from magicsim.light.world.outside import Outside
+from magicsim.light.world.loaded_scene import Outside
 
 FLOATS = 12
 """Floats of an escape: origin [mm], direction, weight, the brightest channel when it was sent out, nothing."""

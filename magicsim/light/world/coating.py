@@ -245,19 +245,19 @@ class FaceCoating:
         coat = design.coat
         texels = paint.texels if paint is not None else np.array(CLEAR).reshape(1, 1, 4)
         pixel, origin = (paint.pixel_mm, paint.origin_mm) if paint is not None else (1.0, (0.0, 0.0))
-        opaque = isinstance(coat, OpaqueCoat)
-        self._texels = mi.Float(aligned(texels, np.float32).ravel())
-        self._rows, self._columns = texels.shape[:2]
         specular, roughness = (coat.specular, coat.roughness) if isinstance(coat, OpaqueCoat) else (0.0, 1.0)
-        self._specular, self._roughness = dr.opaque(mi.Float, specular), dr.opaque(mi.Float, roughness)
-        self._is_wide = specular > 0 and roughness >= WIDE
-        self._half = tuple(dr.opaque(mi.Float, size / 2) for size in design.footprint_mm)
-        self._plate = dr.opaque(mi.Float, design.height_mm + rig.lens.thickness_mm)
-        self._plate_mm, self._inside = design.height_mm + rig.lens.thickness_mm, tuple(lights_inside(rig))
-        self._film = None
+        half = [dr.opaque(mi.Float, size / 2) for size in design.footprint_mm]
+        film = None
         if isinstance(coat, HalfMirror):
-            self._film = tuple(dr.opaque(mi.Float, each) for each in (coat.reflectance, coat.transmittance))
-        self.is_opaque = opaque
+            film = dr.opaque(mi.Float, coat.reflectance), dr.opaque(mi.Float, coat.transmittance)
+        self._plate_mm, self._inside = design.height_mm + rig.lens.thickness_mm, tuple(lights_inside(rig))
+        self._anywhere = Coating(
+            maps=None, texels=mi.Float(aligned(texels, np.float32).ravel()), columns=texels.shape[1],
+            rows=texels.shape[0], specular=dr.opaque(mi.Float, specular), roughness=dr.opaque(mi.Float, roughness),
+            film=film, plate_mm=dr.opaque(mi.Float, self._plate_mm), is_wide=specular > 0 and roughness >= WIDE,
+            lights=[], half_mm=(half[0], half[1]),
+        )  # fmt: skip
+        self.is_opaque = isinstance(coat, OpaqueCoat)
         """Whether all of the face is painted."""
         faces, vertices = elastomer.body.faces, elastomer.body.vertices
         self._is_face = elastomer.is_face[faces].all(1)
@@ -291,8 +291,4 @@ class FaceCoating:
         maps[:, :, 3] = NOT_ON_FACE
         faces = self._faces[self._is_face]
         maps[self._is_face] = affine_maps(vertices[faces], self._places[faces])
-        return Coating(
-            maps=mi.Float(aligned(maps, np.float32).ravel()), texels=self._texels, columns=self._columns,
-            rows=self._rows, specular=self._specular, roughness=self._roughness, film=self._film, plate_mm=self._plate,
-            is_wide=self._is_wide, lights=[], half_mm=self._half,
-        )  # fmt: skip
+        return replace(self._anywhere, maps=mi.Float(aligned(maps, np.float32).ravel()))

@@ -17,8 +17,8 @@ from magicsim.light.flaws.scatterers import HeldScatterers
 from magicsim.light.world.coated_face import CoatedFace
 from magicsim.light.world.coating import FaceCoating
 from magicsim.light.world.irradiance import SMOOTHING_MM, IrradianceKernel, irradiance_kernel, widened
+from magicsim.light.world.loaded_scene import Outside
 from magicsim.light.world.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT, PLACE
-from magicsim.light.world.outside import Outside
 from magicsim.light.world.room_light import Beam, room_beams, surroundings
 from magicsim.light.world.shapes import Shapes, lights, mesh_of, shape_named, wetted
 from magicsim.scenes.rig import Rig
@@ -83,7 +83,7 @@ class Inventory:
             coating=self._coating.on(self._body, self._scene) if self._coating is not None else None,
             environment=self.environment,
             room=room,
-            scatterers=self._scatterers.on(self._infill) if self._scatterers is not None else None,
+            scatterers=self._scatterers.now(self._infill)[0] if self._scatterers is not None else None,
         )
 
     def coated_face(self) -> CoatedFace | None:
@@ -125,7 +125,7 @@ class Inventory:
         grid = self.grid()
         if grid is None:
             return np.ones((1, 1))
-        air = self._scatterers.air_mm3(self._infill) if self._scatterers is not None else 0.0
+        air = self._scatterers.now(self._infill)[1] if self._scatterers is not None else 0.0
         return np.asarray(grid.volumes_mm3[:, None] - air)
 
     def centres_mm(self) -> Array:

@@ -7,7 +7,7 @@ import pytest
 
 from magicsim.camera.exposure import expose, meter
 from magicsim.detectors import detect, fuse, load_profile
-from magicsim.light.records.untouched_store import UntouchedStates
+from magicsim.light.records.untouched import UntouchedStates
 from magicsim.light.renderer import Renderer
 from magicsim.light.world.finish import Finish
 from magicsim.scenes.timeline import View, timeline

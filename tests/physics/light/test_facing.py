@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from magicsim.light.facing.finger import FacingFinger
-from magicsim.light.records.untouched_store import UntouchedStates
+from magicsim.light.records.untouched import UntouchedStates
 from magicsim.light.renderer import Renderer
 from magicsim.scenes.timeline import UNTOUCHED, View
 from magicsim.simulation.sensor import Sensor

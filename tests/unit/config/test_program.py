@@ -8,7 +8,7 @@ from magicsim.config import program
 from magicsim.config.program import changed_versions, other_code, program_key, versions
 from magicsim.evaluation.take import take_key
 from magicsim.kernels import package_hash
-from magicsim.light.records import untouched_store
+from magicsim.light.records import untouched
 from magicsim.scenes.scene import load_scene
 
 OLDER = {"magicsim": "0.1.0", "mitsuba": "3.9.1", "numpy": "2.2"}
@@ -38,8 +38,8 @@ def test_every_source_file_counts_by_name_and_content(tmp_path: Path):
 
 
 def test_take_and_untouched_sensor_of_other_sources_are_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(untouched_store, "_program", untouched_store._program.__wrapped__)
-    scene, store = load_scene("pressed"), untouched_store.UntouchedStore(folder=tmp_path)
+    monkeypatch.setattr(untouched, "_program", untouched._program.__wrapped__)
+    scene, store = load_scene("pressed"), untouched.UntouchedStore(folder=tmp_path)
     before = take_key(scene), store._path("sensor")
     assert (take_key(scene), store._path("sensor")) == before
     known = versions() | {program.SOURCES: "0123456789abcdef"}

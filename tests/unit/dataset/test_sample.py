@@ -19,7 +19,7 @@ from magicsim.dataset.recipes.draw import draw_episodes, draw_sensors
 from magicsim.dataset.rows import SampleTask, simulate_sample
 from magicsim.dataset.verify import verify_dataset
 from magicsim.geometry.objects.plain import SphereObject
-from magicsim.light.records.untouched_store import shared_states
+from magicsim.light.records.untouched import shared_states
 from magicsim.workers.attempt import WorkerOptions
 
 from .fakes import FOLDER, SMALL, content, decoded, small_recipe

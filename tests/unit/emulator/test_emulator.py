@@ -19,7 +19,7 @@ from magicsim.emulator.emulator import EMULATED, OFF, Emulator
 from magicsim.emulator.fields import FieldMaker
 from magicsim.emulator.model import ErrorRow, TouchModel, find_model
 from magicsim.errors import ConfigError, RenderError
-from magicsim.light.records.untouched_store import UntouchedStates
+from magicsim.light.records.untouched import UntouchedStates
 from magicsim.robot import LiveSensor
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, TierError

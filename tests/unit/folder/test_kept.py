@@ -10,7 +10,7 @@ from magicsim.errors import OutputError
 from magicsim.evaluation import take as takes
 from magicsim.folder import kept
 from magicsim.folder.kept import KeptFiles, cache_folder, frames_folder, kept_copies, kept_takes
-from magicsim.light.records.untouched_store import default_store
+from magicsim.light.records.untouched import default_store
 
 
 def written(folder: Path, names: list[str], size: int = 100) -> list[Path]:

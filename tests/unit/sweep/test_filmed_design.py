@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from magicsim.light.records.untouched_store import UntouchedStates
+from magicsim.light.records.untouched import UntouchedStates
 from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.sensor import Sensor
 from magicsim.sweep.designs import SweptSensor, camera_of, list_designs, render_of, renderings_of

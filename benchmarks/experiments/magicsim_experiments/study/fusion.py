@@ -153,7 +153,7 @@ def fused_episode(task: FusionTask) -> bytes:
     Returns:
         JSON: a list of rows, one a pair of N and M.
     """
-    from magicsim.light.records.untouched_store import shared_states
+    from magicsim.light.records.untouched import shared_states
     from magicsim.simulation.plan import plan_scene
     from magicsim.simulation.sensor import Sensor
     from magicsim.simulation.stream import stream_frames

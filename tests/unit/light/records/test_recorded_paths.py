@@ -9,7 +9,7 @@ from magicsim.light.backend import VARIANT
 from magicsim.light.transport.light_field import LightField
 from magicsim.light.transport.lit_world import CAMERA_DEPTH
 from magicsim.light.transport.path_record import STEPS
-from magicsim.light.world.outside import Outsides
+from magicsim.light.world.loaded_scene import Outsides
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import View
 from magicsim.simulation.sensor import Sensor

@@ -1,7 +1,6 @@
 import pytest
 
-from magicsim.light.records.untouched import Untouched, untouched_key
-from magicsim.light.records.untouched_store import KEPT, UntouchedStates
+from magicsim.light.records.untouched import KEPT, Untouched, UntouchedStates, untouched_key
 from magicsim.scenes.scene import load_scene
 
 

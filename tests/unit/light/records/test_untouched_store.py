@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from magicsim.light.backend import VARIANT
-from magicsim.light.records.untouched_store import (
+from magicsim.light.records.untouched import (
     UntouchedStates,
     UntouchedStore,
     arrays_of,
@@ -48,9 +48,7 @@ def test_frames_are_the_same_with_and_without(store, monkeypatch):
 def test_a_kept_sensor_is_not_rendered_again(store, monkeypatch):
     image(store)
     kept = sensor(store)
-    monkeypatch.setattr(
-        "magicsim.light.records.untouched_passes.untouched", lambda *_, **__: pytest.fail("rendered again")
-    )
+    monkeypatch.setattr("magicsim.light.renderer.untouched", lambda *_, **__: pytest.fail("rendered again"))
     assert kept.renderer.anchor().image.shape == (28, 24, 3)
 
 

@@ -26,7 +26,7 @@ def test_one_scene_with_the_block_gives_the_frames_of_two(name, more, monkeypatc
         return sensor.radiance(state, sensor.deform(state, sensor.rest))
 
     two = frame()
-    monkeypatch.setattr("magicsim.light.world.outside.VARIANT", CUDA_VARIANT)
+    monkeypatch.setattr("magicsim.light.world.loaded_scene.VARIANT", CUDA_VARIANT)
     one = frame()
     # Searches that round otherwise send single paths elsewhere.
     assert np.abs(one - two).mean() < 1e-4 * two.mean()
