@@ -9,7 +9,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
@@ -130,17 +130,11 @@ def train(
         losses.append(loss.item())
         if step % settings.saved_every == 0 or step == settings.steps:
             progress(step, settings.steps, float(np.mean(losses[-settings.saved_every :])))
-            _save(ledger, {
-                "network": network.state_dict(), "mean": mean.state_dict(), "optimizer": optimizer.state_dict(),
-                "step": step, "losses": losses,
-            })  # fmt: skip
+            file, figures = io.BytesIO(), io.BytesIO()
+            states = {"network": network, "mean": mean, "optimizer": optimizer}
+            now = {name: each.state_dict() for name, each in states.items()} | {"step": step, "losses": losses}
+            torch.save(now, file)
+            ledger.place(CHECKPOINT, file.getvalue())
+            pq.write_table(pa.table({"step": range(1, len(losses) + 1), "loss": losses}), figures)
+            ledger.place(FIGURES, figures.getvalue())
     return mean
-
-
-def _save(ledger: Ledger, state: dict[str, Any]) -> None:
-    file, figures = io.BytesIO(), io.BytesIO()
-    find_torch().save(state, file)
-    ledger.place(CHECKPOINT, file.getvalue())
-    losses = state["losses"]
-    pq.write_table(pa.table({"step": range(1, len(losses) + 1), "loss": losses}), figures)
-    ledger.place(FIGURES, figures.getvalue())

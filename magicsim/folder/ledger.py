@@ -41,8 +41,10 @@ class Ledger:
         self._journal = out / WORK / JOURNAL
         self._written: dict[str, list[Listed]] = {name: [each] for name, each in known.items()}
         self._is_open = False
-        for name, facts in _entries(self._journal):
-            self._written.setdefault(name, []).append(facts)
+        for line in self._journal.read_bytes().splitlines(keepends=True) if self._journal.is_file() else ():
+            if is_sealed(line, indent=None):  # one that is damaged, or was cut off, says nothing
+                entry = json.loads(line)
+                self._written.setdefault(entry["file"], []).append(Listed(**entry["facts"]))
         for path in self._journal.parent.glob("*.partial"):
             if PARTIAL.fullmatch(path.name):
                 path.unlink()
@@ -131,14 +133,6 @@ class Ledger:
             journal.write(start + b"".join(lines))
             journal.flush()
             os.fsync(journal.fileno())
-
-
-def _entries(journal: Path) -> Iterator[tuple[str, Listed]]:
-    """Names and files of a journal; a line that is damaged, or was cut off, says nothing."""
-    for line in journal.read_bytes().splitlines(keepends=True) if journal.is_file() else ():
-        if is_sealed(line, indent=None):
-            entry = json.loads(line)
-            yield entry["file"], Listed(**entry["facts"])
 
 
 def _sync(folder: Path) -> None:

@@ -151,7 +151,11 @@ class Episode:
 
     def __repr__(self) -> str:
         """How many frames, and what happens in them; no arrays."""
-        return f"Episode({len(self.references)} references and {len(self.scored)} frames{self._extremes()})"
+        extremes, gaps = "", [frame.truth.gap_mm for frame in self.scored if frame.truth.gap_mm is not None]
+        if gaps:
+            force = max(frame.truth.force_n[2] for frame in self.scored)
+            extremes = f", gaps {min(gaps):g} to {max(gaps):g} mm, normal force up to {force:.3g} N"
+        return f"Episode({len(self.references)} references and {len(self.scored)} frames{extremes})"
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the story in a few pictures."""
@@ -170,13 +174,6 @@ class Episode:
         """Frames as a screen shows them, each beside its change: `magicsim.notebook.screen.beside_change`."""
         rest, gamma = self.rest, self.scene.rig.camera.gamma
         return [beside_change(frame.image, rest, gamma=gamma) for frame in frames]
-
-    def _extremes(self) -> str:
-        gaps = [frame.truth.state.gap_mm for frame in self.scored if frame.truth.state.gap_mm is not None]
-        if not gaps:
-            return ""
-        force = max(frame.truth.force_n[2] for frame in self.scored)
-        return f", gaps {min(gaps):g} to {max(gaps):g} mm, normal force up to {force:.3g} N"
 
     @property
     def images(self) -> Frame:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.light.backend import VARIANT, dr, mi
-from magicsim.light.world import face_material  # noqa: F401 -- registers the material
+from magicsim.light.world import materials  # noqa: F401 -- registers the material
 
 pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
 IOR = 1.49
