@@ -23,7 +23,7 @@ TOLERANCE_MM = 0.002
 
 def path(what: str, friction: float, *places: tuple[float, float]) -> list[Deformation]:
     """The default design, its lattice as coarse for small objects, under one at gaps and positions along x [mm]."""
-    design = load_preset(ElastomerDesign, "design", "mini-magictac", ["footprint_mm=[14,14]", "lattice.cells_across=0"])
+    design = load_preset(ElastomerDesign, "design", "mini-magictac", ["lattice.cells_across=0"])
     thing = parse_object(what)
     poses = [place_object(thing, gap_mm=gap, x_mm=x) for gap, x in places]
     solver = ContactSolver(
