@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import manifold3d
 import numpy as np
@@ -71,12 +72,14 @@ class Elastomer:
         return np.asarray(self.design.flattened(self.body.vertices)[:, 2] < slack)
 
 
+@lru_cache(maxsize=2)
 def build_elastomer(design: ElastomerDesign, *, facet_mm: float = FACET_MM) -> Elastomer:
     """Builds the meshes of a design and checks them against the closed form.
 
     The edges of the contact face are split to `facet_mm`; cells no larger than this stay whole.
 
-    `GeometryError` where the grid does not fit, or a mesh is not watertight or has the wrong volume.
+    `GeometryError` where the grid does not fit, or a mesh is not watertight or has the wrong volume. Two are kept, for
+    the episodes of one printed unit: the waves of its walls take a second.
     """
     grid = resolve_grid(design)
     body = _block(design, facet_mm)
