@@ -32,7 +32,7 @@ from magicsim.geometry.indenter import place_object
 from magicsim.geometry.limits import CoreFailure
 from magicsim.geometry.objects.kinds import parse_object
 
-DOME, DEPTHS_MM, SKINS_MM = parse_object("domed_cylinder:radius_mm=1"), (0.8, 1.6, 2.4, 2.8, 3.2, 4.0), (0.3, 0.6)
+DOME, DEPTHS_MM, SKINS_MM = parse_object("domed_cylinder:radius_mm=1"), (0.8, 1.6, 2.4, 2.8, 3.2), (0.3, 0.6)
 
 
 def cores(design: ElastomerDesign) -> dict[str, CoreFailure | None]:

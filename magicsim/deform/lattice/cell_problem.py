@@ -68,6 +68,11 @@ class CellStiffness:
         return self.tetragonal_modulus_mpa - self.c44_mpa
 
     @property
+    def isotropic_modulus_mpa(self) -> float:
+        """Shear modulus mu + 2/5 beta of the nearest isotropic cell [MPa]."""
+        return self.shear_modulus_mpa + 2 / 5 * self.wall_modulus_mpa
+
+    @property
     def lame_mpa(self) -> float:
         """First Lame parameter lambda = K - 2/3 mu - 2/3 beta of the cell pressure [MPa]; equals C12."""
         return self.bulk_modulus_mpa - 2 / 3 * self.tetragonal_modulus_mpa
@@ -89,14 +94,19 @@ class CellFields:
     """Fluctuation for the mean strain 2 xy = 1, same shape."""
 
 
-def printed_fields(design: ElastomerDesign, grid: CellGrid | None, *, added_mpa: float = 0.0) -> CellFields | None:
-    """Solution of the cell problem of a block, None where it has no cells."""
+def printed_fields(
+    design: ElastomerDesign, grid: CellGrid | None, *, added_mpa: float = 0.0, walls: float = 1.0, gel: float = 1.0
+) -> CellFields | None:
+    """Solution of the cell problem of a block, None where it has no cells.
+
+    The body has a shear modulus added [MPa]; walls and infill carry a share of their shear, and all of their volume.
+    """
     body, infill = design.materials.body, design.materials.infill
     if grid is None or infill is None:
         return None
     return cell_fields(
-        body=(body.shear_modulus_mpa + added_mpa, body.bulk_modulus_mpa + 2 / 3 * added_mpa),
-        infill=(infill.shear_modulus_mpa, infill.bulk_modulus_mpa),
+        body=(walls * (body.shear_modulus_mpa + added_mpa), body.bulk_modulus_mpa + 2 / 3 * added_mpa),
+        infill=(gel * infill.shear_modulus_mpa, infill.bulk_modulus_mpa),
         infill_share=float(np.prod(grid.cell_mm / grid.pitch_mm)),
     )
 

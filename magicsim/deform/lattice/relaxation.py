@@ -43,7 +43,7 @@ from typing import Self
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.deform.lattice.cell_problem import CellStiffness, printed_fields
+from magicsim.deform.lattice.cell_problem import printed_fields
 from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS, network_matrices
 from magicsim.deform.lattice.structure import Lattice
@@ -229,14 +229,9 @@ def branch_moduli(design: ElastomerDesign, lattice: Lattice, terms: Sequence[tup
     cells = np.tile(added[:, None], (1, len(lattice.cells)))
     slow, fast = (printed_fields(design, lattice.grid, added_mpa=each) for each in (0.0, float(added.sum())))
     if slow is not None and fast is not None and moduli.sum() > 0:
-        change = _isotropic_mpa(fast.stiffness) - _isotropic_mpa(slow.stiffness)
+        change = fast.stiffness.isotropic_modulus_mpa - slow.stiffness.isotropic_modulus_mpa
         cells[:, lattice.is_core] = (change * moduli / moduli.sum())[:, None]
     return Branches(times_s=times, shear_modulus_mpa=cells)
-
-
-def _isotropic_mpa(core: CellStiffness) -> float:
-    """Nearest isotropic shear modulus of a core cell [MPa]."""
-    return core.shear_modulus_mpa + 2 / 5 * core.wall_modulus_mpa
 
 
 def _weights(branches: Branches, dt_s: float) -> tuple[Array, Array, Array]:

@@ -21,7 +21,7 @@ import numpy as np
 
 from magicsim.arrays import Array, Index
 from magicsim.config.ranges import check_number
-from magicsim.deform.lattice.cell_problem import cell_fields
+from magicsim.deform.lattice.cell_problem import printed_fields
 from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS
 from magicsim.deform.lattice.structure import Lattice
@@ -56,8 +56,8 @@ class TearLaw:
         if elongation is None:
             return None
         check_number("wall_tear_elongation", elongation, LEAST_ELONGATION, MOST_ELONGATION)
-        grid, infill, body = lattice.grid, design.materials.infill, design.materials.body
-        if grid is None or infill is None:
+        grid, torn = lattice.grid, printed_fields(design, lattice.grid, walls=NO_SHEAR)
+        if grid is None or torn is None:
             raise ConfigError(
                 f"wall_tear_elongation = {elongation:g} is not allowed for a block without walls (cell_mm = 0)"
             )
@@ -65,16 +65,11 @@ class TearLaw:
         centres = lattice.flattened(lattice.nodes_mm)[lattice.cells[cells]].mean(1)
         place = np.floor((centres - grid.origin_mm) / grid.pitch_mm).astype(np.int64)
         _, printed = np.unique(place, axis=0, return_inverse=True)
-        torn = cell_fields(
-            body=(NO_SHEAR * body.shear_modulus_mpa, body.bulk_modulus_mpa),
-            infill=(infill.shear_modulus_mpa, infill.bulk_modulus_mpa),
-            infill_share=float(np.prod(grid.cell_mm / grid.pitch_mm)),
-        ).stiffness
         return cls(
             cells=cells,
             printed=printed.reshape(-1),
             stretch=1 + elongation,
-            modulus_mpa=torn.shear_modulus_mpa + 2 / 5 * torn.wall_modulus_mpa,
+            modulus_mpa=torn.stiffness.isotropic_modulus_mpa,
         )
 
     def whole(self) -> Array:

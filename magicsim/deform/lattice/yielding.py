@@ -27,7 +27,7 @@ import numpy as np
 
 from magicsim.arrays import Array, Index
 from magicsim.config.ranges import check_number
-from magicsim.deform.lattice.cell_problem import cell_fields, printed_fields
+from magicsim.deform.lattice.cell_problem import printed_fields
 from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS, network_matrices
 from magicsim.deform.lattice.structure import Lattice
@@ -56,21 +56,14 @@ class FlowLaw:
         if yield_mpa is None:
             return None
         check_number("infill_yield_mpa", yield_mpa, 1e-6, MOST_YIELD_MPA)
-        body, infill, grid = design.materials.body, design.materials.infill, lattice.grid
-        whole = printed_fields(design, grid)
-        if infill is None or grid is None or whole is None:
+        infill, grid = design.materials.infill, lattice.grid
+        whole, flowing = printed_fields(design, grid), printed_fields(design, grid, gel=NO_SHEAR)
+        if infill is None or grid is None or whole is None or flowing is None:
             raise ConfigError(
                 f"infill_yield_mpa = {yield_mpa:g} is not allowed for a block without infill (cell_mm = 0)"
             )
         share = float(np.prod(grid.cell_mm / grid.pitch_mm))
-        flowing = cell_fields(
-            body=(body.shear_modulus_mpa, body.bulk_modulus_mpa),
-            infill=(NO_SHEAR * infill.shear_modulus_mpa, infill.bulk_modulus_mpa),
-            infill_share=share,
-        )
-        full, left = (
-            each.stiffness.shear_modulus_mpa + 2 / 5 * each.stiffness.wall_modulus_mpa for each in (whole, flowing)
-        )
+        full, left = (each.stiffness.isotropic_modulus_mpa for each in (whole, flowing))
         more = np.sqrt((full - left) / (share * infill.shear_modulus_mpa))
         return cls(
             cells=np.flatnonzero(lattice.is_core),
