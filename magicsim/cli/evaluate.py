@@ -58,7 +58,7 @@ def detect(
 def evaluate(
     suite: str = "small", *, profile: str = "calibrated",
     detector: Annotated[str | None, Parameter(help="module:Class, file.py:Class or an entry point's name.")] = None,
-    baseline: Annotated[Path | None, Parameter(help="What to compare with; the shipped one by default.")] = None,
+    baseline: Annotated[Path | None, Parameter(help="What to compare with; the shipped one, if any.")] = None,
     save_baseline: Annotated[Path | None, Parameter(help="Where to keep these verdicts as a baseline.")] = None,
     quick: Annotated[bool, Parameter(negative="", help="A small part; of `small` it comes with the program.")] = False,
     allow_weak: Annotated[bool, Parameter(negative="", help="Too few takes for any verdict are no error.")] = False,

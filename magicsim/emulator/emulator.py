@@ -16,7 +16,7 @@ from magicsim.emulator.model import ALL, SAME_REST, TouchModel, coarse, find_mod
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.scenes.rig import Rig
-from magicsim.scenes.scene import RenderSettings
+from magicsim.scenes.scene import ContactSettings, RenderSettings
 from magicsim.scenes.timeline import FrameState, Origin, TierError
 
 EMULATED = Origin(light="before contact", image="emulated")
@@ -38,32 +38,23 @@ class Emulator:
 
     @classmethod
     def of(
-        cls, design: ElastomerDesign, rig: Rig, target: ObjectBase | None, settings: RenderSettings, nodes_mm: Array,
-        rest: Callable[[], FloatImage],
+        cls, model: TouchModel, design: ElastomerDesign, rig: Rig, nodes_mm: Array, image: FloatImage
     ) -> Self | str:  # fmt: skip
-        """For a sensor, or why there is none.
+        """For a sensor, or why its untouched image is none that the model knows.
 
         Args:
+            model: See `known_model`.
             design: The block.
             rig: What surrounds it.
-            target: What may touch it.
-            settings: Which model.
             nodes_mm: Nodes of the design's lattice, shape (nodes, 3) [mm].
-            rest: Gives the radiance of the untouched sensor, shape (rows, columns, 3).
+            image: Radiance of the untouched sensor, shape (rows, columns, 3).
         """
-        model, reason = find_model(settings.model, design, rig)
-        if model is None:
-            return reason
-        facts = model.facts
-        gloss, spacing = getattr(target, "specular", 0.0), getattr(target, "spacing_mm", np.inf)
-        if gloss > facts.specular:
-            return f"object.specular = {gloss:g} is more than the {facts.specular:g} that its model knows"
-        if spacing < facts.spacing_mm:
-            return f"object.spacing_mm = {spacing:g} is finer than the {facts.spacing_mm:g} that its model knows"
-        image = rest()
         if image.shape[0] % 2 or image.shape[1] % 2:
             return f"a picture of {image.shape[1]} x {image.shape[0]} pixels is odd, and none that a model knows"
-        if rest_key(design, rig) == facts.rest_key and (off := _difference(coarse(image), model.rest)) > SAME_REST:
+        if (
+            rest_key(design, rig) == model.facts.rest_key
+            and (off := _difference(coarse(image), model.rest)) > SAME_REST
+        ):
             return f"the untouched image differs by {off:.1%} from the one that its model was made with, by other code"
         return cls(model=model, fields=FieldMaker.of(design, rig, nodes_mm, image))
 
@@ -100,6 +91,37 @@ class Emulator:
         fields, gate = self.fields.make(displacements_mm, before, mask)
         change = self.fields.scale * gate[..., None] * self.model.predict(fields)
         return np.asarray(np.maximum(before + change, 0), np.float32)
+
+
+def known_model(
+    design: ElastomerDesign, rig: Rig, target: ObjectBase | None, contact: ContactSettings, settings: RenderSettings
+) -> TouchModel | str:  # fmt: skip
+    """The model of a sensor's touches, or why there is none; single frames may still be none that it knows.
+
+    Args:
+        design: The block.
+        rig: What surrounds it.
+        target: What may touch it.
+        contact: How both meet.
+        settings: Which model.
+
+    Raises:
+        ConfigError: The named file does not exist or is not a model.
+    """
+    if design.is_opaque or design.face is not None:
+        return "faces with a coat or a shape are none that a model knows"
+    if contact.coupling != "wet" or contact.rate_dependent:
+        return "contact.coupling = 'dry' and contact.rate_dependent = true are none that a model knows"
+    model, reason = find_model(settings.model, design, rig)
+    if model is None:
+        return reason
+    facts = model.facts
+    gloss, spacing = getattr(target, "specular", 0.0), getattr(target, "spacing_mm", np.inf)
+    if gloss > facts.specular:
+        return f"object.specular = {gloss:g} is more than the {facts.specular:g} that its model knows"
+    if spacing < facts.spacing_mm:
+        return f"object.spacing_mm = {spacing:g} is finer than the {facts.spacing_mm:g} that its model knows"
+    return model
 
 
 def compared(image: FloatImage, true: FloatImage, gain: Array) -> TierError:

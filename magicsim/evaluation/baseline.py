@@ -225,7 +225,7 @@ def set_beside(
     if not alike and (baseline.suite != suite or not other):
         share = "frames" if other else "episode"
         raise ConfigError(f"baseline of suite '{baseline.suite}' has no {share} in common with suite '{suite}'; {ANEW}")
-    options: dict[str, Any] = {"seed": seed, "same_scale": baseline.detector == detector}
+    options: dict[str, Any] = {"seed": seed, "same_scale": Path(baseline.detector) == Path(detector)}
     changes, moved = (
         compare(pairs, [condition_of(now) for _, now in pairs], **options) if pairs else []
         for pairs in (alike, changed)

@@ -129,7 +129,9 @@ def describe(result: Evaluation) -> list[str]:
             if each.condition == condition and each.measure in COLUMNS
         ]
         lines.append(f"smallest falls that could be found, {condition}: {', '.join(parts)}")
-    if result.baseline is not None and not result.is_worse:
+    if result.baseline is None:
+        lines.append("compared with no baseline (--baseline, --save-baseline)")
+    elif not result.is_worse:
         weak = f"cannot judge: {result.cannot_judge}" if result.cannot_judge else ""
         lines.append(weak or f"no regression against {result.baseline}")
     return lines

@@ -6,7 +6,7 @@ is compared with the falls that this gives, corrected for all measures together 
 minima of p-values): both runs of a unit are exchanged together in every measure, so the correction knows how the
 measures hang together, and measures that fall together count as one, where Bonferroni or Holm would ask each to pay for
 the others. A fall counts as a regression where it is significant and large enough to matter. With n takes that all fall
-p is 2^-n: fewer than five can never raise an alarm. So every measure says from which fall on it would have raised one.
+p is 2^-n: fewer than five can never show a fall by this test. So every measure says from which one on it would have.
 
 Areas under the curve take scores as ranks within their run, because two detectors need not share a scale. A detector
 that is compared with its own former self does, and then the mean scores of each class are compared as well: where

@@ -11,7 +11,7 @@ from magicsim.arrays import Array, FloatImage
 from magicsim.camera.exposure import meter
 from magicsim.camera.projection import pixel_landing_mm
 from magicsim.deform.deformation import Deformation, Displacement
-from magicsim.emulator.emulator import EMULATED, OFF, Emulator, compared
+from magicsim.emulator.emulator import EMULATED, OFF, Emulator, compared, known_model
 from magicsim.errors import ConfigError, RenderError
 from magicsim.light.frame.frame_light import LIFTED_MM
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin, TierError
@@ -59,14 +59,14 @@ class Emulation:
             self.emulator = self._emulator(sensor)
             self.landing_mm = pixel_landing_mm(sensor.design, sensor.rig.lens, sensor.rig.camera)
         emulator = self.emulator
+        if isinstance(emulator, str):
+            self._refuse(sensor, emulator)
+            return None
         if not state.can_touch or deformation.is_rest:
-            near = (
-                sensor.renderer.compressed(sensor.view(state, deformation)) if isinstance(emulator, Emulator) else None
-            )
+            near = sensor.renderer.compressed(sensor.view(state, deformation))
             return (near, COMPRESSED) if near is not None else None
-        problem = emulator if isinstance(emulator, str) else emulator.refusal(state)
-        if problem is not None or isinstance(emulator, str):
-            self._refuse(sensor, str(problem))
+        if (problem := emulator.refusal(state)) is not None:
+            self._refuse(sensor, problem)
             return None
         image = emulator.radiance(
             before_contact(state), sensor.printed_displacements_mm(deformation),
@@ -77,15 +77,11 @@ class Emulation:
         return image, replace(EMULATED, error=self._error(sensor, state, deformation, image))
 
     def _emulator(self, sensor: "Sensor") -> Emulator | str:
-        design, contact = sensor.design, sensor.contact
-        if design.is_opaque or design.face is not None:
-            return "faces with a coat or a shape are none that a model knows"
-        if contact.coupling != "wet" or contact.rate_dependent:
-            return "contact.coupling = 'dry' and contact.rate_dependent = true are none that a model knows"
-        return Emulator.of(
-            design, sensor.rig, sensor.object, sensor.settings, sensor.printed.nodes_mm,
-            lambda: sensor.radiance(UNTOUCHED, sensor.rest),
-        )  # fmt: skip
+        model = known_model(sensor.design, sensor.rig, sensor.object, sensor.contact, sensor.settings)
+        if isinstance(model, str):
+            return model
+        image = sensor.radiance(UNTOUCHED, sensor.rest)
+        return Emulator.of(model, sensor.design, sensor.rig, sensor.printed.nodes_mm, image)
 
     def _is_checked(self, seed: int, state: FrameState) -> bool:
         """Drawn by the frame itself, so that it does not depend on who renders it when."""

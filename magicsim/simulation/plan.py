@@ -185,15 +185,18 @@ def _explain_tier(scene: SceneConfig, kept: list[Decision], left_out: list[Decis
     """What the fast tier leaves out, or why it does not."""
     if scene.render.tier == "true":
         return
-    from magicsim.emulator.model import ALL, find_model
+    from magicsim.emulator.emulator import known_model
+    from magicsim.emulator.model import ALL
 
-    model, reason = find_model(scene.render.model, scene.design, scene.rig)
-    stage = "both passes, of touches and of what is near"
-    if model is None:
-        kept.append(Decision(stage=stage, reason=reason))
+    model = known_model(scene.design, scene.rig, scene.object, scene.contact, scene.render)
+    stage, beyond = "both passes, of touches and of what is near", "rendered"
+    if scene.render.outside_domain == "refuse":
+        beyond = "refused (render.outside_domain)"
+    if isinstance(model, str):
+        kept.append(Decision(stage=stage, reason=f"{beyond}: {model}"))
         return
     off = "".join(f", {row.error:.2g} grey levels off" for row in model.facts.errors if row.states == ALL)
-    known = f"touches by the model '{model.facts.name}'{off}; what it does not know is rendered"
+    known = f"touches by the model '{model.facts.name}'{off}; what it does not know is {beyond}"
     left_out.append(Decision(stage=stage, reason=known))
 
 

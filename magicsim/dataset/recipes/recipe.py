@@ -201,7 +201,7 @@ class Recipe(Config):
     objects: tuple[ObjectRecipe, ...] = ()
     paths: Annotated[tuple[PathRecipe, ...], Field(min_length=1)]
     contact: ContactSettings = ContactSettings()
-    """How skin and object meet; the friction is drawn with each path."""
+    """How skin and object meet; friction is that of each path."""
     render: RenderSettings = RenderSettings()
     labels: Labels = Labels()
     license: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9.-]{0,59}$")] | None = None
@@ -226,6 +226,8 @@ class Recipe(Config):
                     f"paths.{number}.force_n is not allowed with contact.rate_dependent: how deep a force presses "
                     "depends on time there; set depth_mm"
                 )
+        if self.contact.friction:
+            yield f"contact.friction = {self.contact.friction:g} is not allowed in a recipe: set paths.friction"
         if not self.objects and not all(isinstance(path, ClearPath | FlashlightPath) for path in self.paths):
             yield "objects are missing: a path brings an object, so [[objects]] must say which"
         sensors = -(-self.episodes // self.episodes_per_sensor)

@@ -172,7 +172,10 @@ class ContactSolver:
         start = previous if previous is not None and previous.pose is not None else self._rest
         problem, effort = self._timed(start, dt_s), Effort(progress=progress, most=self.max_iterations)
         if self._core is not None:
-            return self._fail_along(self._core, indenter, start, effort)
+            failed = self._fail_along(self._core, indenter, start, effort)
+            if touches:
+                self._refuse_overlap(failed, indenter)
+            return failed
         state = self._follow_path(problem, indenter, start, effort)
         if state is None and self._forgets_its_path:
             effort.restarts, effort.rungs = 1, frozenset((Rung.FEWER,))

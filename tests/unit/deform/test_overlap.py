@@ -11,7 +11,9 @@ from magicsim.config.models import load_preset
 from magicsim.deform.contact.face import axis_weights, contact_face, face_weights, point_spacing_mm
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.indentation.press import press
+from magicsim.deform.lattice.core_failure import CoreLaw
 from magicsim.deform.lattice.structure import Lattice, box_lattice, build_lattice
+from magicsim.deform.lattice.yielding import FlowLaw
 from magicsim.deform.lattice.zone import contact_zone
 from magicsim.deform.overlap import UNSEEN_MM, overlap_fault, points_inside, smallest_radius_mm, surface_points
 from magicsim.deform.solve.path import ContactSolver
@@ -24,11 +26,14 @@ SMALL = ["footprint_mm=[6,6]", "core_mm=3.0"]
 COARSE = load_preset(ElastomerDesign, "design", "uniform-block", [*SMALL, "lattice.cells_across=0"])
 
 
-def solved(what: str, depth_mm: float, x_mm: float = 0.0, y_mm: float = 0.0) -> tuple[Lattice, Deformation, float]:
+def solved(
+    what: str, depth_mm: float, x_mm: float = 0.0, y_mm: float = 0.0, core: CoreLaw | None = None
+) -> tuple[Lattice, Deformation, float]:  # fmt: skip
     """Lattice, state and deepest point of an object in the small coarse block."""
     indenter = place_object(parse_object(what), gap_mm=-depth_mm, x_mm=x_mm, y_mm=y_mm)
     lattice = build_lattice(COARSE, zone=contact_zone([indenter], COARSE))
-    state = ContactSolver(lattice, point_spacing_mm=point_spacing_mm(indenter.shape)).solve(indenter)
+    solver = ContactSolver(lattice, point_spacing_mm=point_spacing_mm(indenter.shape), core=core)
+    state = solver.solve(indenter)
     inside = points_inside(lattice, state.displacements_mm, indenter)
     return lattice, state, float(inside.depth_mm.max(initial=0.0))
 
@@ -96,12 +101,25 @@ def test_an_edge_in_a_side_of_the_block_lies_inside_by_what_it_overlaps(overlap_
     assert inside.depth_mm.max() == pytest.approx(overlap_mm, abs=1e-3)
 
 
-def test_a_spike_that_misses_the_points_is_refused(tmp_path: Path) -> None:
-    spike = trimesh.creation.cone(0.05, 0.6).apply_translation([0.1, 0.1, 0.4])
+@pytest.fixture
+def spike(tmp_path: Path) -> str:
+    """A plate with a tip of 0.5 mm that is thinner than contact points are apart."""
+    tip = trimesh.creation.cone(0.05, 0.6).apply_translation([0.1, 0.1, 0.4])
     plate = trimesh.creation.box((2.0, 2.0, 1.0))
-    trimesh.boolean.union([plate, spike], engine="manifold").export(tmp_path / "spike.stl")
+    trimesh.boolean.union([plate, tip], engine="manifold").export(tmp_path / "spike.stl")
+    return f"mesh:path={tmp_path / 'spike.stl'}"
+
+
+def test_a_spike_that_misses_the_points_is_refused(spike: str) -> None:
     with pytest.raises(ConvergenceError, match="no contact point near it presses"):
-        solved(f"mesh:path={tmp_path / 'spike.stl'}", 0.4)
+        solved(spike, 0.4)
+
+
+def test_a_spike_beside_what_presses_is_refused_where_the_core_may_fail_too(spike: str) -> None:
+    flow = FlowLaw(cells=np.arange(1), modulus_mpa=0.01, shear=1.0)
+    for core in (None, CoreLaw(flow=flow)):
+        with pytest.raises(ConvergenceError, match=r"lies 0\.5 mm inside .* at most 0\.4 mm is allowed"):
+            solved(spike, 0.55, core=core)
 
 
 def test_a_tip_on_a_plane_of_symmetry_counts() -> None:

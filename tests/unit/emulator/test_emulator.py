@@ -15,7 +15,7 @@ from magicsim.dataset.recipes.recipe import load_recipe
 from magicsim.dataset.rows import simulate_sample
 from magicsim.dataset.verify import verify_dataset
 from magicsim.deform.lattice.structure import build_lattice
-from magicsim.emulator.emulator import EMULATED, OFF, Emulator
+from magicsim.emulator.emulator import EMULATED, OFF, Emulator, known_model
 from magicsim.emulator.fields import FieldMaker
 from magicsim.emulator.model import ErrorRow, TouchModel, find_model
 from magicsim.errors import ConfigError, RenderError
@@ -93,9 +93,13 @@ def test_what_is_near_comes_by_compressed_transport_and_nothing_else_does(fast, 
     np.testing.assert_array_equal(image, true.radiance(UNTOUCHED, true.rest))
 
 
-def test_without_a_model_what_is_near_is_rendered_as_its_touches_are(fast, true):
+def test_without_a_model_what_is_near_is_rendered_or_refused_as_its_touches_are(fast, true, caplog):
     sensor = fast("object.specular=0.5")
     assert sensor.render(at(0.5), sensor.rest)[1] != COMPRESSED
+    assert "object.specular = 0.5 is more than" in caplog.text
+    sensor = fast("object.specular=0.5", "render.outside_domain=refuse")
+    with pytest.raises(ConfigError, match=r"tier = 'fast' is not allowed here: object\.specular = 0\.5"):
+        sensor.render(at(0.5), sensor.rest)
 
 
 def test_a_plan_says_which_passes_a_model_leaves_out_and_why_none_does(rest, tmp_path):
@@ -105,7 +109,12 @@ def test_a_plan_says_which_passes_a_model_leaves_out_and_why_none_does(rest, tmp
     left_out = {each.stage: each.reason for each in plan_scene(small_scene(*fast)).left_out}
     assert left_out[stage].startswith("touches by the model 'made up', 0.5 grey levels off")
     kept = {each.stage: each.reason for each in plan_scene(small_scene(*fast, "design.skin_mm=0.7")).kept}
-    assert kept[stage].startswith("design.skin_mm = 0.7 is not what the model 'made up' knows")
+    assert kept[stage].startswith("rendered: design.skin_mm = 0.7 is not what the model 'made up' knows")
+    dry = {
+        each.stage: each.reason
+        for each in plan_scene(small_scene(*fast, "contact.coupling=dry", "render.outside_domain=refuse")).kept
+    }
+    assert dry[stage].startswith("refused (render.outside_domain): contact.coupling = 'dry'")
     assert stage not in str(plan_scene(small_scene()))
 
 
@@ -123,9 +132,10 @@ def test_true_is_what_the_tier_is_where_nobody_asks(true, pressed):
 def emulator_of(path, model: TouchModel, rest, *settings: str) -> Emulator | str:
     path.write_bytes(model.to_bytes())
     scene = small_scene(f"render.model='{path}'", *settings)
-    return Emulator.of(
-        scene.design, scene.rig, scene.object, scene.render, build_lattice(scene.design).nodes_mm, lambda: rest
-    )
+    known = known_model(scene.design, scene.rig, scene.object, scene.contact, scene.render)
+    if isinstance(known, str):
+        return known
+    return Emulator.of(known, scene.design, scene.rig, build_lattice(scene.design).nodes_mm, rest)
 
 
 @pytest.mark.parametrize(

@@ -233,6 +233,7 @@ def test_meshes_of_a_folder_are_equally_likely(tmp_path: Path):
             {"paths": [{"kind": "touch", "force_n": 1.0}], "contact": {"rate_dependent": True}},
             "paths.0.force_n is not allowed with contact.rate_dependent",
         ),
+        ({"contact": {"friction": 0.5}}, "contact.friction = 0.5 is not allowed in a recipe: set paths.friction"),
         ({"touches": 9}, "touches = 9 is not allowed: paths.1 is of kind 'flashlight' and not a touch; set episodes"),
         ({"touches": 0}, "touches = 0 is not allowed"),
         ({"paths": [{"kind": "touch", "depth_mm": {"low": 1.0}}]}, "needs either low and high"),
