@@ -168,8 +168,8 @@ class RenderSettings(Config):
     anchor_seed: Seed = 0
     """Monte Carlo seed of the untouched state: a property of the sensor, the same for all its episodes."""
     tier: Literal["true", "fast"] = "true"
-    """Fast: pictures of touches come from a model that was distilled from true frames (`magicsim distil`); all else is
-    rendered, and mechanics are solved, as ever."""
+    """Fast: pictures of touches come from a model that was distilled from true frames (`magicsim distil`), those of
+    what is near, of a flashlight and of what passes by compressed transport. Mechanics are those of the true tier."""
     model: str | None = None
     """File of that model, `*.touch`; by default one that comes with the program, where one knows the sensor."""
     outside_domain: Literal["true", "refuse"] = "true"

@@ -54,7 +54,7 @@ class FrameTruth:
     beyond_limits: str = ""
     """What of the touch is above the design's limits, see `PressLimits.excess`; empty where nothing is."""
     dissipated_nmm: float | None = None
-    """Energy that the infill has turned into heat since the first touch [N mm]; None where none has flowed."""
+    """Energy that the infill has turned into heat since the first touch [N mm]; None before it, or where none flows."""
 
     @property
     def label(self) -> str:
@@ -78,7 +78,7 @@ class FrameTruth:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrameLabels:
-    """Labels of one frame that are computed only where a scene's `[output]` asks for them; None is not asked for."""
+    """Labels of one frame: `in_view` always, the others only where a scene's `[output]` asks (None: it did not)."""
 
     contact_mask: Mask | None = None
     """Pixels whose ray meets the contact, shape (rows, columns)."""
@@ -93,7 +93,7 @@ class FrameLabels:
     touch: TouchFields | None = None
     """Forces on taxels, stretch and stress of the skin, shear of the infill."""
     in_view: bool = True
-    """Whether the place on the face that the object touches or stands before is in the picture; true without one."""
+    """Whether the picture covers the place that the object touches or stands before; true without an object."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
