@@ -26,7 +26,7 @@ def press(
     release: Annotated[bool, Parameter(negative="", help="Lift off at the end: the dent that is left.")] = False,
     curve: Annotated[Path | None, Parameter(help="FILE.csv or .png: force against depth, up to --depth-mm.")] = None,
     points: Annotated[int, Parameter(help="Depths of the curve, evenly from 0.")] = 21,
-    limits: Annotated[bool, Parameter(negative="", help="Where the infill yields and the skin tears.")] = False,
+    limits: Annotated[bool, Parameter(negative="", help="Where infill yields, skin tears, walls tear.")] = False,
     max_iterations: Annotated[int, Parameter(help="Bound on time: iterations at one place of the path.")] = 2000,
     settings: Settings = None, seed: Seed = None, json: Json = False,
 ) -> None:  # fmt: skip

@@ -53,8 +53,8 @@ class Unevenness(Config):
     """Relative change of the pitch from one side of the core to the other along x, y and z, the mean as drawn; assumed,
     0 to 0.02."""
     torn_share: Annotated[float, Field(ge=0, le=0.1)] = 0.0
-    """Share of the walls between two cells that are missing, so that light finds one cell there; of each cell one at
-    the most. Assumed, 0 to 0.02: jetted walls of four droplets tear where one stays out."""
+    """Share of walls between cells that a print lacks (a touch tears by `contact.wall_tear_elongation`): light finds
+    one cell there; of each cell one at most. Assumed, 0 to 0.02: a wall of four droplets tears where one stays out."""
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
     """Seed of the print: each printed sensor has its own."""
 

@@ -135,7 +135,7 @@ class FusedCells:
 
 def draw_fused_cells(share: float, seed: int, grid: CellGrid, cells: SurfaceMesh) -> FusedCells | None:
     """Takes a share of all walls between two cells out of a grid, whose mesh is as drawn; None without any."""
-    below, axes = _torn(share, seed, grid)
+    below, axes = _missing(share, seed, grid)
     if not len(below):
         return None
     above = below + np.cumprod([1, *grid.counts[:2]])[axes]
@@ -162,7 +162,7 @@ def draw_fused_cells(share: float, seed: int, grid: CellGrid, cells: SurfaceMesh
     )  # fmt: skip
 
 
-def _torn(share: float, seed: int, grid: CellGrid) -> tuple[Index, Index]:
+def _missing(share: float, seed: int, grid: CellGrid) -> tuple[Index, Index]:
     """Cells below missing walls and the axes across these, walls in random order, of each cell one at the most."""
     if share == 0:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
@@ -171,15 +171,15 @@ def _torn(share: float, seed: int, grid: CellGrid) -> tuple[Index, Index]:
     cell, axis = np.nonzero(places < np.array(grid.counts) - 1)
     random = np.random.default_rng(np.random.SeedSequence([seed, WALL_STREAM]))
     used, wanted = np.zeros(grid.cell_count, bool), round(share * len(cell))
-    torn: list[int] = []
+    missing: list[int] = []
     for wall in random.permutation(len(cell)).tolist():
-        if len(torn) == wanted:
+        if len(missing) == wanted:
             break
         ends = [cell[wall], cell[wall] + steps[axis[wall]]]
         if not used[ends].any():
             used[ends] = True
-            torn.append(wall)
-    order = np.sort(np.array(torn, np.int64))
+            missing.append(wall)
+    order = np.sort(np.array(missing, np.int64))
     return cell[order], axis[order]
 
 

@@ -7,11 +7,11 @@ the mesh, the width of a tear. What is left of a torn cell is its infill in wall
 problem has it (the nearest isotropic modulus, mu + 2/5 beta); its volume still resists, as that of a liquid in a skin.
 
 Tearing is brittle, does not heal, and takes one cell after another: of those that are stretched too far the most
-stretched ones tear, the others only where they still are when equilibrium is found again at that place of the object.
-What the block keeps less by that is heat (`core_failure`).
+stretched ones tear, the others if they still are in the next equilibrium at that place of the object. The energy that
+the block loses then is heat (`core_failure`).
 
-Assumed: a cell tears as a whole, not wall by wall, and a wall does at the elongation of the bulk that it is printed of;
-thin printed walls may bear less. Left out: tears that grow from a notch at less than that, and light in torn walls.
+Assumed: a cell tears as a whole, and at the elongation of the bulk that its walls are printed of; thin walls may bear
+less. Left out: tears that grow from a notch at less, and light in torn walls. `torn_share` has walls missing in print.
 """
 
 from dataclasses import dataclass, replace
