@@ -5,7 +5,9 @@
 The axis of a domed cylinder is 0.2 mm from the middle of a cell (0.173 along x, 0.1 along y), friction 1, as in
 `docs/predictions/beside.csv`: walls are resolved below it on the whole block. The infill there carries all of its shear
 in a network that flows (`magicsim.deform.lattice.yielding`, here without cells that are mixed of walls and infill), but
-for a part that keeps it stable; that of the effective core around flows not. Walls neither buckle nor tear.
+for a part that keeps it stable; that of the effective core around flows not. Walls neither buckle nor tear. Load steps
+are 0.1 mm with a yield stress and 0.25 mm without one, and lateral forces depend on them: compare rows of equal steps
+(`--yield-kpa 1000`, at which nothing flows, for one without flow).
 """
 
 import argparse
