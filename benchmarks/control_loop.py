@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from magicsim.errors import MagicsimError
-from magicsim.judge.verdicts import FusedProfiles
+from magicsim.judge.verdicts import SensorDetector, fused_profiles
 from magicsim.robot import LiveSensor, Workspace, live_sensor
 
 Pose = tuple[float, float, float]
@@ -45,12 +45,14 @@ class Step:
     in_contact: bool
 
 
-def untouched(live: LiveSensor) -> FusedProfiles:
+def untouched(live: LiveSensor) -> dict[str, SensorDetector | str]:
     """Detectors that have learned the sensor."""
-    return FusedProfiles.of([live.frame().image for _ in range(REFERENCES)])
+    return fused_profiles([live.frame().image for _ in range(REFERENCES)])
 
 
-def follow(live: LiveSensor, profiles: FusedProfiles, poses: list[Pose]) -> tuple[list[Step], list[np.ndarray]]:
+def follow(
+    live: LiveSensor, profiles: dict[str, SensorDetector | str], poses: list[Pose]
+) -> tuple[list[Step], list[np.ndarray]]:
     """Steps of a run and their images."""
     steps, images = [], []
     live.reset()
@@ -60,10 +62,11 @@ def follow(live: LiveSensor, profiles: FusedProfiles, poses: list[Pose]) -> tupl
         solved = time.perf_counter()
         frame = live.frame()
         ended, spent = time.perf_counter(), time.process_time() - worked
-        verdicts = {
-            name: f"{each.proximity} {each.combined}" if not isinstance(each, str) else "none"
-            for name, each in profiles.verdicts(frame.image).items()
-        }
+        verdicts = dict.fromkeys(profiles, "none")
+        for name, each in profiles.items():
+            if not isinstance(each, str):
+                said = each.verdict(frame.image)
+                verdicts[name] = f"{said.proximity} {said.combined}"
         steps.append(
             Step(
                 solve_s=round(solved - start, 3), light_s=round(ended - solved, 3), cpu_s=round(spent, 3),

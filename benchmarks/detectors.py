@@ -27,10 +27,9 @@ from magicsim.detectors import (
     detect,
     fuse,
     load_profile,
-    start_stream,
     step_grasp,
-    step_stream,
 )
+from magicsim.detectors.combined import followed
 from magicsim.detectors.features import brightening_correlation, brightening_entropy, filter_channels, grid_areas
 
 ROWS, COLUMNS, REFERENCES, SCENES = 320, 240, 30, 8
@@ -113,12 +112,12 @@ def measure(count: int) -> DetectorSpeed:
         for k, name in enumerate(("entropy", "correlation", "similarity"))
     }
 
-    state, machine = start_stream(fused), GraspState()
+    references_now, machine = fused, GraspState()
 
     def stream(frame: Frame) -> None:
-        nonlocal state, machine
-        state, verdict = step_stream(state, frame, profile)
-        assert verdict is not None
+        nonlocal references_now, machine
+        verdict = detect(frame, references_now, profile)
+        references_now = followed(references_now, verdict, profile)
         machine = step_grasp(machine, verdict, profile)
 
     calibrated = load_profile("calibrated")

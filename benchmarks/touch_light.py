@@ -64,8 +64,8 @@ def measured(gap_mm: float, overrides: tuple[str, ...], *, particles: int, draws
     sensor = Sensor.for_scene(load_scene("near", [press, *overrides], seed=1))
     state = FrameState(gap_mm=gap_mm, x_mm=1.0, y_mm=0.5, twist_deg=0.0, flashlight=False, light_x_mm=0.0)
     renderer, view = sensor.renderer, sensor.view(state, sensor.deform(state, sensor.rest))
-    rest, touched, placed = renderer.light(View()), renderer.light(view), renderer._placed(view)
-    outside, shares = renderer._outside(lifted(placed), None), rest.shares(sensor.settings.particles)
+    rest, touched, placed = renderer.light(View()), renderer.light(view), renderer.placed(view)
+    outside, shares = renderer.outside(lifted(placed), None), rest.shares(sensor.settings.particles)
     own = sum(count for name, count in shares.items() if name != ENVIRONMENT)
     many = {name: count * particles // own for name, count in shares.items()}
 
@@ -81,7 +81,7 @@ def measured(gap_mm: float, overrides: tuple[str, ...], *, particles: int, draws
         levels.append(before)
     careful = light(many, FIRST_SEED + 2)[1]
     level, known = (levels[0] + levels[1]) / 2, mean_field(careful, counts)
-    contact = renderer._contact(placed)
+    contact = renderer.contact(placed)
     share = contact_share(rest.inventory.centres_mm(), contact.vertices, contact.faces)
     size = Expected(cells=share, voxels=np.ones(1))
     kept: dict[str, list[float]] = {"noise": [], "kept": [], "all": []}

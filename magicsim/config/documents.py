@@ -104,8 +104,11 @@ def _has_long_key(line: str) -> bool:
 
 def without_nan(value: Any) -> Any:  # noqa: ANN401 - any nesting that JSON has
     """The value with None where a number is none or infinite, for which JSON has no word."""
+    return each_leaf(value, lambda each: None if isinstance(each, float) and not math.isfinite(each) else each)
+
+
+def each_leaf(value: Any, change: Callable[[Any], Any]) -> Any:  # noqa: ANN401 - any nesting that JSON has
+    """The value with what is neither a table nor a list in it changed."""
     if isinstance(value, Mapping):
-        return {key: without_nan(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [without_nan(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+        return {key: each_leaf(each, change) for key, each in value.items()}
+    return [each_leaf(each, change) for each in value] if isinstance(value, list | tuple) else change(value)

@@ -4,19 +4,11 @@ Needs only NumPy and OpenCV, so that it runs unchanged beside a real sensor.
 """
 
 from magicsim.detectors.calibrate import Calibration, Candidates, CandidateScore, fit_profile
-from magicsim.detectors.combined import (
-    StreamState,
-    detect,
-    detect_all,
-    detect_from_start,
-    detect_stream,
-    start_stream,
-    step_stream,
-)
+from magicsim.detectors.combined import detect, detect_all, detect_stream
 from magicsim.detectors.features import Episode
 from magicsim.detectors.frame import Frame, check_frame
 from magicsim.detectors.fusion import BackgroundReference, GridReference
-from magicsim.detectors.grasp import GraspStage, GraspState, SlipState, run_grasp, step_grasp, step_slip
+from magicsim.detectors.grasp import GraspStage, GraspState, SlipState, step_grasp, step_slip
 from magicsim.detectors.offline import detect_sources, stream_sources
 from magicsim.detectors.picture import read_image
 from magicsim.detectors.profile import DetectorProfile, load_profile, profile_schema, save_profile
@@ -29,10 +21,10 @@ from magicsim.names import lazy_names
 __all__ = [
     "BackgroundReference", "Calibration", "CandidateScore", "Candidates", "Contact", "DetectionScore",
     "DetectorProfile", "Episode", "Frame", "FrameClass", "GraspStage", "GraspState", "GridReference", "Proximity",
-    "References", "Rest", "SlipState", "SourceFrame", "StreamState", "TaskScore", "Verdict", "check_frame",
-    "classify_frame", "detect", "detect_all", "detect_from_start", "detect_sources", "detect_stream", "fit_profile",
-    "fuse", "load_profile", "profile_schema", "read_image", "read_source", "run_grasp", "save_profile",
-    "score_verdicts", "start_stream", "step_grasp", "step_slip", "step_stream", "stream_sources", "with_touches",
+    "References", "Rest", "SlipState", "SourceFrame", "TaskScore", "Verdict", "check_frame",
+    "classify_frame", "detect", "detect_all", "detect_sources", "detect_stream", "fit_profile",
+    "fuse", "load_profile", "profile_schema", "read_image", "read_source", "save_profile",
+    "score_verdicts", "step_grasp", "step_slip", "stream_sources", "with_touches",
 ]  # fmt: skip
 __getattr__, __dir__ = lazy_names(  # judge stands above this package and needs no more than it
     __name__, dict.fromkeys(("DetectionScore", "TaskScore", "score_verdicts"), "magicsim.judge.score")

@@ -12,7 +12,6 @@ the touch had taken from S, which suits designs whose S falls to 0.1 on contact 
 light away: a rise of S together with a rise of E is light and no slip, until E has come back.
 """
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
@@ -116,14 +115,6 @@ def step_grasp(state: GraspState, verdict: Verdict, profile: DetectorProfile, *,
     if opening and state.stage not in (GraspStage.WAITING, GraspStage.RETURNING):
         return GraspState(stage=GraspStage.RETURNING)
     return _STEPS[state.stage](replace(state, frames=state.frames + 1), verdict, profile)
-
-
-def run_grasp(verdicts: Iterable[Verdict], profile: DetectorProfile) -> Iterator[GraspState]:
-    """The machine's state after each verdict of a stream."""
-    state = GraspState()
-    for verdict in verdicts:
-        state = step_grasp(state, verdict, profile)
-        yield state
 
 
 def _waiting(state: GraspState, verdict: Verdict, profile: DetectorProfile) -> GraspState:

@@ -94,31 +94,16 @@ def judge(episode: Episode, profile_name: str, *, told: Told = on_stderr) -> Jud
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class FusedProfiles:
-    """The standard profiles with their references of one sensor, for single frames."""
-
-    fused: dict[str, tuple[DetectorProfile, References] | str]
-    """Each profile with its references, or why it refuses the sensor."""
-
-    @classmethod
-    def of(cls, untouched: Sequence[Frame]) -> Self:
-        """The profiles fused from frames of the untouched sensor, RGB of shape (rows, columns, 3), in order of time."""
-        fused: dict[str, tuple[DetectorProfile, References] | str] = {}
-        for name in PROFILES:
-            profile = load_profile(name)
-            try:
-                fused[name] = (profile, fuse(untouched, profile))
-            except MagicsimError as error:
-                fused[name] = str(error)
-        return cls(fused=fused)
-
-    def verdicts(self, frame: Frame) -> dict[str, Verdict | str]:
-        """What each profile says about a frame, or why it says nothing."""
-        return {
-            name: each if isinstance(each, str) else detect(frame, each[1], each[0])
-            for name, each in self.fused.items()
-        }
+def fused_profiles(untouched: Sequence[Frame]) -> dict[str, SensorDetector | str]:
+    """Each standard profile with RGB frames of the untouched sensor, in order of time, or why it refuses the sensor."""
+    fused: dict[str, SensorDetector | str] = {}
+    for name in PROFILES:
+        profile = load_profile(name)
+        try:
+            fused[name] = SensorDetector.of(untouched, profile)
+        except MagicsimError as error:
+            fused[name] = str(error)
+    return fused
 
 
 TABLE = "episode.parquet"

@@ -113,7 +113,7 @@ class PlainRenderer:
         self.object_finish = (object_finish or Finish()) if facing is None else facing.finish
         self._facing, self._untouched = facing, untouched or UntouchedStates(default_store())
         self.estimator = choose_estimator(settings.estimator, elastomer, rig)
-        self._film = film(elastomer.design, rig.lens, rig.camera, rig.camera.window)
+        self.film = film(elastomer.design, rig.lens, rig.camera, rig.camera.window)
         beside = facing.beside if facing is not None else (0, 0)
         self.load_world = partial(load_world, self.estimator, elastomer, rig, settings, self.object_mesh, beside)
         self._worlds = Worlds(elastomer, self.object_mesh, self.object_finish, self.load_world)
@@ -148,11 +148,12 @@ class PlainRenderer:
 
     def world(self, view: View) -> World:
         """The scene of a view, loaded when first needed; `RenderError` where something is outside of the room."""
-        placed = self._placed(view)
-        self._check_room(view, placed)
+        placed = self.placed(view)
+        self.check_room(view, placed)
         return self._worlds.of(view, placed)
 
-    def _check_room(self, view: View, placed: Array | None) -> None:
+    def check_room(self, view: View, placed: Array | None) -> None:
+        """`RenderError` where the object or the flashlight of a view is outside of the room."""
         if self.rig.near_mm is None:
             return
         problem = object_problem(self.rig, placed) if placed is not None else None
@@ -161,7 +162,7 @@ class PlainRenderer:
         if problem is not None:
             raise RenderError(problem)
 
-    def _placed(self, view: View) -> Array | None:
+    def placed(self, view: View) -> Array | None:
         """Vertices of what stands before the block in the sensor's frame [mm], or None where nothing does."""
         if self._facing is not None:
             return self._facing.placed(view)
@@ -172,7 +173,7 @@ class PlainRenderer:
     @plain_errors()
     def _lit(self, world: World, names: list[str], *, turn: int = 0, read: Film | None = None) -> FloatImage:
         """An image by some lights, others being off; every turn is independent of the others."""
-        used, settings, seed = read or self._film, self.settings, self.seed + turn
+        used, settings, seed = read or self.film, self.settings, self.seed + turn
         if not set(names) - set(lights_off(self.rig)):
             return used.seen(np.zeros((used.window.rows, used.window.columns, 3), np.float32))
         if isinstance(world, LitWorld):

@@ -10,10 +10,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from magicsim.arrays import Array, FloatImage, Mask, Numbers
-from magicsim.camera.camera import Window
-from magicsim.camera.film import Film, film
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.backend import VARIANT, dr, plain_errors
+from magicsim.light.backend import dr, plain_errors
 from magicsim.light.facing.finger import FacingFinger, FingerBody
 from magicsim.light.facing.glow import Glow, facing_light
 from magicsim.light.frame.frame_image import (
@@ -23,32 +21,16 @@ from magicsim.light.frame.frame_image import (
     anchored_image,
     own_field,
     passing_light_change,
-    room_part,
 )
 from magicsim.light.frame.frame_light import Before, free_light, lifted, touched_light
-from magicsim.light.near.lamp_light import LampLight
-from magicsim.light.near.near_object import NearObject
-from magicsim.light.near.near_transport import NearTransport, follow_ports
-from magicsim.light.plain_renderer import PlainRenderer, checked
+from magicsim.light.plain_renderer import checked
 from magicsim.light.reach import is_out_of_reach
-from magicsim.light.records.untouched import (
-    RECORDED_PARTS,
-    Made,
-    Untouched,
-    UntouchedStates,
-    default_store,
-    untouched_key,
-)
-from magicsim.light.records.untouched_passes import untouched
+from magicsim.light.records.untouched import UntouchedStates, default_store
+from magicsim.light.rest_renderer import RestRenderer
 from magicsim.light.transport.light_field import LightField
-from magicsim.light.transport.light_starts import ROOM_PART
 from magicsim.light.transport.lit_world import LitWorld
-from magicsim.light.transport.path_record import Regions
-from magicsim.light.variant import CUDA_VARIANT
 from magicsim.light.world.loaded_scene import Outside, Outsides
-from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.room_light import PassingLight
-from magicsim.scenes.scene import RECORDED_SAMPLES
 from magicsim.scenes.timeline import ALONE, AT_REST, LightOrigin, Origin, View
 
 CLEAR_MM = 1e-3
@@ -57,14 +39,10 @@ NO_CONTACT = SurfaceMesh(vertices=np.zeros((0, 3)), faces=np.zeros((0, 3), np.in
 """What a dent touches that an object has left: what it changes of the light in the block is less than noise."""
 PASSING_PARTICLES_PART = 2
 """What passes gets the strips' particles divided by this."""
-LAMP_PARTICLES = 4
-"""Times the strips' particles that a flashlight in one place gets once, for all frames by compressed transport."""
-MOST_RECORDED = 20_000_000
-"""Camera paths that are recorded at most, with two gigabytes: of a larger image fewer a pixel."""
 
 
-class Renderer(PlainRenderer):
-    """Owns the Mitsuba scenes of one elastomer on one rig, and the untouched states that its frames refer to."""
+class Renderer(RestRenderer):
+    """Owns the Mitsuba scenes of one elastomer on one rig, and untouched states that its frames refer to."""
 
     leaves_out_unmoved = True
     """Whether light and camera paths that meet nothing that moved are those of the untouched sensor; otherwise all are
@@ -77,7 +55,6 @@ class Renderer(PlainRenderer):
     _reaches: list[sp.csr_matrix] | None = None
     _before: tuple[Array | None, float | None, Before] | None = None
     _passing: PassingLight | None = None
-    _near: NearObject | None = None
 
     @property
     def _keeps_unmoved(self) -> bool:
@@ -93,7 +70,7 @@ class Renderer(PlainRenderer):
         other.seed = seed
         other.settings = self.settings.model_copy(update={"anchor_seed": anchor_seed})
         other._untouched = UntouchedStates(default_store())
-        other._before, other._near = None, None
+        other._before = None
         return other
 
     def facing_another(self, other: Self, companion: SurfaceMesh | None = None) -> Self:
@@ -130,106 +107,20 @@ class Renderer(PlainRenderer):
         Raises:
             RenderError: The image holds values that are not finite.
         """
-        if not self._is_anchored:
+        if not self.is_anchored:
             return self.plain_radiance(view), ALONE
-        shown = self._within_reach(view)
+        shown = self.within_reach(view)
         ideal, origin = self._ideal(shown)
-        image = self._film.seen(checked(ideal))
+        image = self.film.seen(checked(ideal))
         if view.passing_mm is None:
             return image, origin
-        change = self._film.seen(self._passing_change(shown, self._passing_light(view.passing_mm)))
+        change = self.film.seen(self._passing_change(shown, self.passing_light(view.passing_mm)))
         changed = np.asarray(np.maximum(image + change, 0), np.float32)
         return changed, Origin(light="outside", image="recorded") if origin == AT_REST else origin
 
-    @plain_errors()
-    def compressed(self, view: View) -> FloatImage | None:
-        """Radiance of a view in which nothing touches, by compressed transport: of object, flashlight, what passes.
-
-        Faster than `radiance`, and as exact (`benchmarks/frame_error.py --tiers true,fast`); None for all other views.
-
-        Raises:
-            RenderError: The image holds values that are not finite.
-        """
-        shown = self._within_reach(view)
-        placed, light_x_mm, window = self._placed(shown), shown.flashlight_x_mm, self._film.window
-        if shown.facing_mm is not None or shown.companion is not None or self._is_moved(shown, placed):
-            return None
-        if not self._is_anchored or self.elastomer.design.is_opaque or self.object_finish.is_ghost:
-            return None
-        if VARIANT == CUDA_VARIANT and self.object_finish.specular > 0:  # what it mirrors needs two scenes at once
-            return None
-        if placed is None and light_x_mm is None and view.passing_mm is None:
-            return None
-        if placed is not None and light_x_mm is not None and placed[:, 2].max() < -self.rig.flashlight.distance_mm:
-            return None  # behind the flashlight
-        self._check_room(shown, placed)
-        transport = self.of_sensor("near", self._near_transport)
-        lamp = self._lamp_light(transport, light_x_mm) if light_x_mm is not None else None
-        passing = self._passing_light(view.passing_mm) if view.passing_mm is not None else None
-        target = self._near_object(shown)
-        pixels = window.numbers(self._film.columns, self._film.rows)
-        image = transport.image(target, pixels, seed=self.seed, lamp=lamp, passing=passing)
-        return self._film.seen(checked(image.reshape(window.rows, window.columns, 3).astype(np.float32)))
-
-    def _near_transport(self) -> NearTransport:
-        world = self.light(View())
-        followed = self._untouched.arrays(f"{self._key} ports", lambda: follow_ports(world))
-        return NearTransport.of(world, self.anchor(), followed)
-
-    def _near_object(self, view: View) -> NearObject | None:
-        """The object of a view, in its place, for compressed transport."""
-        if view.indenter is None or self.object_mesh is None:
-            return None
-        if self._near is None:
-            self._near = NearObject.of(self.object_mesh, self.object_finish)
-        self._near.place(view.indenter.pose)
-        return self._near
-
-    def _lamp_light(self, transport: NearTransport, light_x_mm: float) -> LampLight:
-        """Light of the flashlight in one place in the untouched sensor."""
-        lamp, outside = self.rig.flashlight, self._outside(None, light_x_mm)
-        particles, seed = LAMP_PARTICLES * self.settings.particles, self.settings.anchor_seed
-        return self.of_sensor(
-            f"flashlight {lamp!r} {light_x_mm}", lambda: LampLight.of(
-                transport.world, transport.rest.paths, outside, transport.into, transport.brought, lamp=lamp,
-                light_x_mm=light_x_mm, particles=particles, seed=seed,
-            ),
-        )  # fmt: skip
-
-    def of_sensor(self, kind: str, make: Callable[[], Made]) -> Made:
-        """What all episodes of this sensor share, made by the first that asks."""
-        return self._untouched.made(kind, f"{self._key} {self.rig.camera.region_px}", make)
-
-    @plain_errors()
-    def room_radiance(self) -> FloatImage | None:
-        """What the room's light makes of the untouched image, shape (rows, columns, 3), by its recorded paths.
-
-        None where no paths are recorded, or none of them serves.
-        """
-        if not self._is_anchored or self.elastomer.design.is_opaque:
-            return None
-        film, pixels = self._film, self._film.window.numbers(self._film.columns, self._film.rows)
-        shape = (film.window.rows, film.window.columns, 3)
-        return self.of_sensor(
-            "room", lambda: film.seen(room_part(self.light(View()), self.anchor(), pixels).reshape(shape))
-        )
-
-    @plain_errors()
-    def metered(self) -> FloatImage:
-        """The whole untouched image, which exposure is measured on, shape (rows, columns, 3)."""
-        if self._is_anchored:
-            return self._whole_film.seen(np.asarray(self._whole_film.window.of(self.anchor().image)))
-        world = self.world(View())
-        return self._lit(world, world.lights, read=self._whole_film)
-
-    @cached_property
-    def _whole_film(self) -> Film:
-        rig, camera = self.rig, self.rig.camera
-        return film(self.elastomer.design, rig.lens, camera, Window.whole(camera.columns, camera.rows))
-
     def warm_up(self, view: View) -> None:
         """Compiles what a view of this kind needs, and computes what all such frames share."""
-        if self._is_anchored:
+        if self.is_anchored:
             self.radiance(view)
         else:
             few = {"samples": 1, "particles": 64}
@@ -239,63 +130,14 @@ class Renderer(PlainRenderer):
 
     def prepare(self, view: View) -> None:
         """Computes what all frames like this one share: the untouched sensor, carefully and with a frame's numbers."""
-        if self._is_anchored:
+        if self.is_anchored:
             self.anchor()
-            if not self._within_reach(view).is_untouched:
+            if not self.within_reach(view).is_untouched:
                 self.control()
-
-    def anchor(self) -> Untouched:
-        """The untouched sensor with many samples, computed once."""
-        settings, key = self.settings, self._key
-        state = self._untouched.get(key, on_disk=True)
-        if state is None:
-            world = self.light(View())
-            each = max(1, settings.anchor_particles // max(1, len(world.lights)))
-            particles = {name: max(1, each // ROOM_PART) if name == ENVIRONMENT else each for name in world.lights}
-            state = untouched(
-                world, particles, seed=settings.anchor_seed, samples=settings.anchor_samples,
-                most=min(self._most, RECORDED_SAMPLES), recorded=each // RECORDED_PARTS,
-            )  # fmt: skip
-            self._untouched.keep(key, state, on_disk=True)
-        return state
-
-    def control(self) -> Untouched:
-        """The untouched sensor with the samples, particles and random numbers of a frame, computed once."""
-        settings, most = self.settings, self._most
-        key = f"{self._key} {settings.samples} {settings.particles} {self.seed}"
-        state = self._untouched.get(key)
-        if state is None:
-            world, vertices = self.light(View()), self.elastomer.body.vertices
-            particles = world.shares(settings.particles)
-            state = untouched(
-                world, particles, seed=self.seed, samples=min(settings.samples, most), most=most,
-                recorded=max(particles.values(), default=0), with_room=True,
-                regions=Regions.of(vertices.min(0), vertices.max(0), self._film.columns * self._film.rows),
-            )  # fmt: skip
-            self._untouched.keep(key, state)
-        return state
-
-    @property
-    def _key(self) -> str:
-        return untouched_key(self.elastomer.design, self.rig, self.settings)
-
-    @property
-    def _most(self) -> int:
-        return max(1, MOST_RECORDED // (self._film.columns * self._film.rows))
-
-    def light(self, view: View) -> LitWorld:
-        """The scene that shows a view, and the light in it."""
-        world = self.world(view)
-        assert isinstance(world, LitWorld)  # what is anchored is no path tracer's
-        return world
-
-    @property
-    def _is_anchored(self) -> bool:
-        return self.estimator == "fluence" and self.settings.anchor_samples > 0
 
     def _ideal(self, view: View) -> tuple[FloatImage, Origin]:
         """Radiance of the window of the ideal image that is looked at, shape (rows, columns, 3); how it was made."""
-        inner, columns, rows = self._film.window, self._film.columns, self._film.rows
+        inner, columns, rows = self.film.window, self.film.columns, self.film.rows
         anchor = self.anchor()
         if view.is_untouched:
             return np.asarray(inner.of(anchor.image)), AT_REST
@@ -303,13 +145,13 @@ class Renderer(PlainRenderer):
             return self._coated(view)
         around = inner.grown(REACH_PX, columns, rows)
         pixels, shape = around.numbers(columns, rows), (around.rows, around.columns, 3)
-        rest, placed, light_x_mm = self.light(View()), self._placed(view), view.flashlight_x_mm
-        self._check_room(view, placed)
-        is_moved = self._is_moved(view, placed)
+        rest, placed, light_x_mm = self.light(View()), self.placed(view), view.flashlight_x_mm
+        self.check_room(view, placed)
+        is_moved = self.is_moved(view, placed)
         field, light_origin = self._light(view, placed, is_moved=is_moved)
         origin = Origin(light=light_origin, image="recorded")
         look = Look(
-            world=rest, outside=self._outside(placed, light_x_mm), field=field, samples=self.settings.samples,
+            world=rest, outside=self.outside(placed, light_x_mm), field=field, samples=self.settings.samples,
             seed=self.seed,
         )  # fmt: skip
         if not is_moved:
@@ -336,16 +178,16 @@ class Renderer(PlainRenderer):
 
     def _coated(self, view: View) -> tuple[FloatImage, Origin]:
         """Radiance of an opaque coat, whose frames have no noise that an untouched image could take away."""
-        world, window, origin = self.light(view), self._film.window, Origin(light="traced", image="traced")
+        world, window, origin = self.light(view), self.film.window, Origin(light="traced", image="traced")
         if world.is_integrated:
             field = world.darkness()
         else:
-            field, light = self._light(view, self._placed(view), is_moved=True)
+            field, light = self._light(view, self.placed(view), is_moved=True)
             world, origin = self.light(view), replace(origin, light=light)
         seen = world.gather(field, samples=self.settings.samples, seed=self.seed, pattern=self.seed, window=window)
         return np.array(seen, np.float32), origin
 
-    def _passing_light(self, x_mm: float) -> PassingLight:
+    def passing_light(self, x_mm: float) -> PassingLight:
         """What passes in the room, in its place along x."""
         if self._passing is None:
             passing = self.rig.moving
@@ -362,17 +204,17 @@ class Renderer(PlainRenderer):
         block and on the object, and what recorded camera paths meet of it. All its places share their random numbers,
         so the change moves as smoothly as the thing does.
         """
-        inner, columns, rows = self._film.window, self._film.columns, self._film.rows
+        inner, columns, rows = self.film.window, self.film.columns, self.film.rows
         around = inner.grown(REACH_PX, columns, rows)
         pixels, shape = around.numbers(columns, rows), (around.rows, around.columns, 3)
-        placed, samples = self._placed(view), self.settings.samples
+        placed, samples = self.placed(view), self.settings.samples
         field = self._passing_field(view, placed, light)
         look = Look(
-            world=self.light(View()), outside=self._outside(placed, view.flashlight_x_mm), field=field,
+            world=self.light(View()), outside=self.outside(placed, view.flashlight_x_mm), field=field,
             samples=samples, seed=self.seed, passing=light,
         )  # fmt: skip
         before = look.through(self.anchor(), pixels)
-        if not self._is_moved(view, placed):
+        if not self.is_moved(view, placed):
             return np.asarray(inner.within(around).of(before.reshape(shape)), np.float32)
         known, changed = look.through(self.control(), pixels), self._changed(view, placed, pixels)
         now = known.copy()
@@ -392,8 +234,8 @@ class Renderer(PlainRenderer):
         some per cent itself.
         """
         world, anchor = self.light(View()), self.anchor()
-        is_moved, particles = self._is_moved(view, placed), self.settings.particles
-        outside = self._outside(self._free(view, placed) if is_moved else placed, view.flashlight_x_mm)
+        is_moved, particles = self.is_moved(view, placed), self.settings.particles
+        outside = self.outside(self._free(view, placed) if is_moved else placed, view.flashlight_x_mm)
         field = passing_light_change(
             world, outside, light, own_field(world, anchor), particles=max(1, particles // PASSING_PARTICLES_PART),
             seed=self.seed,
@@ -405,7 +247,7 @@ class Renderer(PlainRenderer):
             field, particles=particles, seed=self.seed, outside=None if is_moved else outside, room=light
         )
 
-    def _is_moved(self, view: View, placed: Array | None) -> bool:
+    def is_moved(self, view: View, placed: Array | None) -> bool:
         """Whether a view needs paths through the block as it is deformed."""
         return not view.is_undeformed or self._may_touch(placed) or not self._keeps_unmoved
 
@@ -414,13 +256,13 @@ class Renderer(PlainRenderer):
         rest, anchor, control = self.light(View()), self.anchor(), self.control()
         particles, seed = self.settings.particles, self.seed
         if not is_moved:
-            outside = self._outside(placed, view.flashlight_x_mm)
+            outside = self.outside(placed, view.flashlight_x_mm)
             free = free_light(rest, outside, anchor, control, particles=particles, seed=seed)
             return self._on_object(view, rest, free, outside), "outside"
         # First, as a dent without an object is seen in the scene of the untouched block.
         before = self._before_contact(self._free(view, placed), view.flashlight_x_mm)
         touched = self.light(view)
-        contact = self._contact(placed) if self.leaves_out_noise else None
+        contact = self.contact(placed) if self.leaves_out_noise else None
         if view.is_released and contact is None and not self.elastomer.design.is_opaque:
             contact = NO_CONTACT
         field, origin = touched_light(
@@ -454,7 +296,7 @@ class Renderer(PlainRenderer):
         """Whether an object is so close to the contact face that it may touch it."""
         return placed is not None and bool(self._touching(placed)[:, 2].max(initial=-np.inf) >= -CLEAR_MM)
 
-    def _contact(self, placed: Array | None) -> SurfaceMesh | None:
+    def contact(self, placed: Array | None) -> SurfaceMesh | None:
         """The object's surface where it may touch, None without an object."""
         if placed is None or self.object_mesh is None:
             return None
@@ -473,7 +315,7 @@ class Renderer(PlainRenderer):
             self._before = kept = (placed, light_x_mm, light)
         return kept[2]
 
-    def _outside(self, placed: Array | None, light_x_mm: float | None) -> Outside:
+    def outside(self, placed: Array | None, light_x_mm: float | None) -> Outside:
         """What stands before the block, in its place; a ghost is nothing there."""
         return self._putting_outside(placed, light_x_mm)()
 
@@ -497,14 +339,14 @@ class Renderer(PlainRenderer):
             if mesh is not None and now is not None:
                 far = np.linalg.norm(now - mesh.vertices, axis=1) > self.settings.reuse_mm
                 moved |= reach @ far.astype(np.float32) > 0
-        contact = self._contact(placed)
+        contact = self.contact(placed)
         if contact is not None:
             moved |= regions.reach(contact.vertices, contact.faces).sum(1).A1 > 0
         return paths.meet(regions.bits(moved), pixels)
 
-    def _within_reach(self, view: View) -> View:
+    def within_reach(self, view: View) -> View:
         """The view without an object that is too far to be seen."""
-        placed = self._placed(view)
+        placed = self.placed(view)
         if placed is None or not self.leaves_out_far or self._facing is not None:
             return view
         gap_mm, design = -float(placed[:, 2].max()), self.elastomer.design

@@ -19,7 +19,7 @@ from magicsim.config.presets import find_preset, preset_names
 from magicsim.errors import MagicsimError, PresetError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import parse_object
-from magicsim.judge.verdicts import FusedProfiles
+from magicsim.judge.verdicts import SensorDetector, fused_profiles
 from magicsim.live.sight import DESIGN_FIELDS, Sight, Wish, design_values
 from magicsim.robot.live import LiveSensor
 from magicsim.robot.quality import Quality
@@ -67,7 +67,7 @@ class Session:
         self.scene, self.quality, self.workspace = scene, quality, workspace
         self._told = told
         self._live: LiveSensor | None = None
-        self._profiles: FusedProfiles | None = None
+        self._profiles: dict[str, SensorDetector | str] = {}
         self.references: tuple[SimulatedFrame, ...] = ()
         """Frames of the untouched sensor that the verdicts refer to."""
         self.rest: Array = np.zeros(())
@@ -111,7 +111,9 @@ class Session:
             frame = self.live.frame()
         except MagicsimError as error:
             return replace(sight, refusal=str(error), light_s=time.perf_counter() - start)
-        verdicts = self._profiles.verdicts(frame.image) if self._profiles is not None else {}
+        verdicts = {
+            name: each if isinstance(each, str) else each.verdict(frame.image) for name, each in self._profiles.items()
+        }
         return replace(sight, frame=frame, verdicts=verdicts, light_s=time.perf_counter() - start)
 
     def _build(self, wish: Wish) -> None:
@@ -145,7 +147,7 @@ class Session:
         self.references = tuple(replace(each, truth=replace(each.truth, is_reference=True)) for each in frames)
         self._told("learning the untouched sensor")
         images = [frame.image for frame in frames]
-        self.rest, self._profiles = np.mean(images, axis=0), FusedProfiles.of(images)
+        self.rest, self._profiles = np.mean(images, axis=0), fused_profiles(images)
 
     def _light(self, wish: Wish) -> None:
         live = self.live
@@ -199,8 +201,6 @@ class Worker:
         self._changed = threading.Condition()
         self._newest: Wish | None = None
         self._is_stopped = False
-        self.replaced = 0
-        """How many wishes were dropped for a newer one."""
         self._thread = threading.Thread(target=self._work, name="magicsim-live", daemon=True)
         self._busy_since: float | None = None
         self._doing = READY
@@ -212,7 +212,6 @@ class Worker:
     def ask(self, wish: Wish) -> None:
         """Leaves a wish; one that waits is dropped for it. Never waits."""
         with self._changed:
-            self.replaced += self._newest is not None
             self._newest = wish
             self._changed.notify()
 

@@ -93,12 +93,9 @@ class Distribution(Config):
         return choices[choose(share, self.weights or (1.0,) * len(choices))]
 
 
-def _written_as(value: object) -> str:
-    return "distribution" if isinstance(value, Mapping | Distribution) else "number"
-
-
 Number = Annotated[
-    Annotated[Value, Tag("number")] | Annotated[Distribution, Tag("distribution")], Discriminator(_written_as)
+    Annotated[Value, Tag("number")] | Annotated[Distribution, Tag("distribution")],
+    Discriminator(lambda value: "distribution" if isinstance(value, Mapping | Distribution) else "number"),
 ]
 """A number of a recipe: a constant, or a distribution."""
 

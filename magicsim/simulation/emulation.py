@@ -14,6 +14,7 @@ from magicsim.deform.deformation import Deformation, Displacement
 from magicsim.emulator.emulator import EMULATED, OFF, Emulator, compared, known_model
 from magicsim.errors import ConfigError, RenderError
 from magicsim.light.frame.frame_light import LIFTED_MM
+from magicsim.light.near.near_views import NearViews
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin, TierError
 from magicsim.simulation.truth import contact_mask
 
@@ -41,6 +42,8 @@ class Emulation:
     """A text says why there is none."""
     landing_mm: Array = field(default_factory=lambda: np.zeros(0))
     """Where pixels look on the contact face, shape (rows, columns, 2) [mm]."""
+    near: NearViews | None = None
+    """Shows what does not touch, once a state asks for it."""
     said: set[str] = field(default_factory=set)
 
     def frame(
@@ -63,7 +66,9 @@ class Emulation:
             self._refuse(sensor, emulator)
             return None
         if not state.can_touch or deformation.is_rest:
-            near = sensor.renderer.compressed(sensor.view(state, deformation))
+            if self.near is None:
+                self.near = NearViews(sensor.renderer)
+            near = self.near.radiance(sensor.view(state, deformation))
             return (near, COMPRESSED) if near is not None else None
         if (problem := emulator.refusal(state)) is not None:
             self._refuse(sensor, problem)

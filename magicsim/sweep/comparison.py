@@ -21,7 +21,7 @@ from magicsim.sweep import result as files
 from magicsim.sweep.designs import SweptDesign, count_designs, list_designs, value_at
 from magicsim.sweep.explorer import render_explorer, rows_of, table_csv, table_parquet
 from magicsim.sweep.measures import DURABILITY
-from magicsim.sweep.result import FOLDER, DesignResult, SweepIndex, read_result, read_results, result_name
+from magicsim.sweep.result import FOLDER, DesignResult, SweepIndex, printability, read_result, read_results, result_name
 from magicsim.sweep.search import costs_of, optuna_version, pareto_front, search_designs
 from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.sweep.verdicts import check_trends, leaders, verdicts
@@ -53,7 +53,6 @@ def judge_design(task: DesignTask) -> bytes:
     from magicsim.sweep import parts
     from magicsim.sweep.designs import renderings_of, rows_of_renderings
     from magicsim.sweep.mechanics import durability, hardness
-    from magicsim.sweep.result import DesignResult, printability
 
     start = time.perf_counter()
     design, sweep = task.design, task.sweep

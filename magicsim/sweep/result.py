@@ -6,14 +6,13 @@ is assumed: nobody published one, and 0.1 to 0.2 mm are the plausible walls of t
 
 import json
 import math
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
 from pydantic import Field
 
-from magicsim.config.documents import parse_json
+from magicsim.config.documents import each_leaf, parse_json, without_nan
 from magicsim.errors import OutputError
 from magicsim.sweep.measures import Measured
 from magicsim.workers.run_folder import CONFIG, RunFolder, RunIndex
@@ -76,13 +75,7 @@ class DesignResult:
 
 def finite(value: Any) -> Any:  # noqa: ANN401 - any nesting that JSON has
     """A value with None for numbers that JSON does not know, and floats of a length that a reader needs."""
-    if isinstance(value, Mapping):
-        return {str(key): finite(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite(each) for each in value]
-    if isinstance(value, float):
-        return float(f"{value:.8g}") if math.isfinite(value) else None
-    return value
+    return each_leaf(without_nan(value), lambda each: float(f"{each:.8g}") if isinstance(each, float) else each)
 
 
 INDEX, DESIGNS, REPORT = "sweep.json", "designs", "report.html"

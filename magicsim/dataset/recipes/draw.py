@@ -13,7 +13,7 @@ import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.config.models import validate
-from magicsim.dataset.recipes.entries import ClearPath, FlashlightPath, HoverPath, TouchPath, draw_path
+from magicsim.dataset.recipes.entries import ClearPath, FlashlightPath, HoverPath, TouchPath
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
@@ -270,7 +270,8 @@ def _episode(recipe: Recipe, index: int, sensor: DrawnSensor, parts: list[Array]
     values = dict(sensor.values)
     source = f"episode {index}"
     path = recipe.paths[choose(float(choices[0]), tuple(each.weight for each in recipe.paths))]
-    drawn = draw_path(path, _drawer("path", paths, values, bounds))
+    draw = _drawer("path", paths, values, bounds)
+    drawn = {name: draw(name, number) for name, number in path.numbers().items()}
     force, must_reach = drawn.get("force_n"), isinstance(path, TouchPath) and path.depth_mm is None
     if must_reach:
         drawn["depth_mm"] = min(sensor.design.limits.depth_mm or math.inf, MAX_DEPTH_SHARE * sensor.design.height_mm)

@@ -268,11 +268,6 @@ AnyPath = TouchPath | HoverPath | FlashlightPath | ClearPath
 PathRecipe = Annotated[AnyPath, Field(discriminator="kind")]
 
 
-def draw_path(path: AnyPath, draw: Draw) -> dict[str, float]:
-    """Values of all numbers of a path."""
-    return {name: draw(name, number) for name, number in path.numbers().items()}
-
-
 def _timed(steps: list[tuple[int, Table]]) -> list[Table]:
     """Keyframes from durations [frames] and states; all but the first of no duration are left out."""
     frame, result = 0, [{"frame": 0, **steps[0][1]}]

@@ -190,7 +190,8 @@ def press_limits(
     core = CoreLaw.of(design, lattice, failure)
     spaced = point_spacing_mm(poses[0].shape)
     solver = ContactSolver(lattice, friction=friction, point_spacing_mm=spaced, core=core)
-    skin, infill, modulus = SkinCells.of(design, lattice), _infill_below(design, lattice, zone), _infill_mpa(design)
+    skin, infill, gel = SkinCells.of(design, lattice), _infill_below(design, lattice, zone), design.materials.infill
+    modulus = gel.shear_modulus_mpa if gel is not None else 0.0
     walls = TearLaw.of(design, lattice, MOST_ELONGATION) if infill is not None else None
     whole = Elasticity.of(lattice)
     places, state, stopped = list[BearingPlace](), None, f"depth_mm = {deepest:g} is reached"
@@ -268,10 +269,6 @@ def _strengths(design: ElastomerDesign) -> list[tuple[str, str, float]]:
         names = ", ".join(f"limits.{name}" for name in STRENGTHS)
         raise ConfigError(f"the design says no strength: limits needs one of {names}, each [lowest, highest]")
     return found
-
-
-def _infill_mpa(design: ElastomerDesign) -> float:
-    return design.materials.infill.shear_modulus_mpa if design.materials.infill is not None else 0.0
 
 
 def _infill_below(design: ElastomerDesign, lattice: Lattice, zone: Zone) -> InfillCells | None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from enum import StrEnum
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -27,27 +26,14 @@ SOFTEST = 0.02
 """Least stiffness along any direction, in units of the largest first estimate's."""
 
 
-class Search(StrEnum):
-    """How a search ended."""
-
-    BALANCED = "balanced"
-    """At rest within the tolerance."""
-    LOST = "lost"
-    """Slid farther than allowed."""
-    AT_LIMIT = "at limit"
-    """Driven on at a limit of its motion."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RestingPlace:
     """Where a search ended."""
 
     place: Array
     """Shape (n,) [mm]."""
-    unbalanced: Array
-    """Generalised force there, shape (n,) [N]."""
-    search: Search
-    trials: int
+    is_balanced: bool = False
+    """Whether it is at rest there within the tolerance; otherwise it slid farther than allowed, or is at a limit."""
     limit: int | None = None
     """The coordinate at whose limit it is driven on."""
 
@@ -77,7 +63,7 @@ def find_balance(
     force, trials = unbalanced(place), 1
     while trials < ITERATIONS:
         if np.abs(force[free]).max(initial=0.0) <= tolerance_n:
-            return RestingPlace(place=place, unbalanced=force, search=Search.BALANCED, trials=trials)
+            return RestingPlace(place=place, is_balanced=True)
         step = _step(matrix, force, free, softest)
         length = float(np.linalg.norm(step))
         is_long = length >= LONGEST_MM
@@ -102,11 +88,9 @@ def find_balance(
         is_at_limit = (place <= low) & (force < 0) | (place >= high) & (force > 0)
         stopped = is_at_limit & free & (np.abs(force) > tolerance_n)
         if stopped.any():
-            return RestingPlace(
-                place=place, unbalanced=force, search=Search.AT_LIMIT, trials=trials, limit=int(stopped.argmax())
-            )
+            return RestingPlace(place=place, limit=int(stopped.argmax()))
         if np.linalg.norm(place) > most_mm:
-            return RestingPlace(place=place, unbalanced=force, search=Search.LOST, trials=trials)
+            return RestingPlace(place=place)
     raise ConvergenceError(
         f"the held object does not come to rest: {np.abs(force).max():.3g} N out of balance after {trials} trials, "
         f"{np.linalg.norm(place):.3g} mm from where it was"
@@ -176,7 +160,7 @@ def settle(pair: FingerPair, place: ObjectPlace, width_mm: float, load: Load, *,
     )  # fmt: skip
     settled = _inside(pair, _moved(first, found.place * scale))
     way = max(now - before for now, before in zip(pair.slid_mm, slid, strict=True))
-    if found.search is not Search.BALANCED:
+    if not found.is_balanced:
         limit = None if found.limit is None else COORDINATES[found.limit]
         if limit == "z_mm":
             raise ConfigError(

@@ -49,15 +49,8 @@ BLUNT = 0.5
 class PosedState(FrameState):
     """A frame's state with the object in a pose of its own; gap, shift and twist are read off it."""
 
-    position_mm: tuple[float, ...]
-    """Object's origin in the sensor's frame, three numbers [mm]."""
-    rotation: tuple[float, ...]
-    """Rotation matrix of the object by rows, nine numbers."""
-
-    @property
-    def pose(self) -> Pose:
-        """The object's pose."""
-        return Pose(position_mm=np.array(self.position_mm), rotation=np.array(self.rotation).reshape(3, 3))
+    pose: tuple[float, ...]
+    """The object's pose in the sensor's frame, see `Pose.key`."""
 
 
 def posed_state(thing: BodyObject, pose: Pose) -> FrameState:
@@ -75,8 +68,7 @@ def posed_state(thing: BodyObject, pose: Pose) -> FrameState:
         twist_deg=math.degrees(math.atan2(pose.rotation[1, 0], pose.rotation[0, 0])),
         flashlight=False,
         light_x_mm=0.0,
-        position_mm=(x, y, z),
-        rotation=tuple(pose.rotation.ravel().tolist()),
+        pose=pose.key(),
     )
 
 
@@ -115,7 +107,7 @@ class PosedSensor(Sensor):
         """The object as placed by a state."""
         if not isinstance(state, PosedState):
             return super().indenter(state)
-        pose = state.pose
+        pose = Pose.from_key(state.pose)
         return Indenter(shape=self._thing.entered(pose), pose=pose)
 
     def tangent(self, state: FrameState, deformation: Deformation) -> Array:

@@ -10,6 +10,7 @@ from typing import Any
 import pyarrow as pa
 from markupsafe import Markup
 
+from magicsim.config.documents import each_leaf
 from magicsim.dataset.shard import parquet_bytes
 from magicsim.errors import visible
 from magicsim.report.text import page_template
@@ -113,7 +114,8 @@ def explorer_data(
         "measures": [{"name": name, "verdict": verdicts.get(name, "")} | asdict(kinds[name]) for name in measured],
         "objectives": [{"measure": each.measure, "better": each.direction} for each in sweep.objectives],
         "designs": [
-            _shown(finite(asdict(result))) | {"front": bool(in_front)}
+            each_leaf(finite(asdict(result)), lambda value: visible(value) if isinstance(value, str) else value)
+            | {"front": bool(in_front)}
             for result, in_front in zip(results, front, strict=True)
         ],
         "csv": table_csv(rows_of(results, front)).decode(),
@@ -124,15 +126,6 @@ def script_json(value: object) -> str:
     """JSON that may stand inside a script element, whatever text it holds."""
     text = json.dumps(value, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
-
-
-def _shown(value: Any) -> Any:  # noqa: ANN401 - any nesting that JSON has
-    """The value with what hides in its texts spelt out."""
-    if isinstance(value, Mapping):
-        return {key: _shown(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_shown(each) for each in value]
-    return visible(value) if isinstance(value, str) else value
 
 
 def signed(value: float, digits: int) -> str:

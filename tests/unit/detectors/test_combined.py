@@ -147,3 +147,10 @@ def test_a_probability_above_one_half_has_its_verdict(entropy, correlation, simi
     if verdict.p_noise > 0.5 + 1e-9:
         assert verdict.proximity is Proximity.NOISE
     assert (verdict.contact is Contact.TOUCHED) or verdict.p_touch <= 0.5 + 1e-9
+
+
+def test_references_that_were_fused_with_other_options_are_refused(profile, references):
+    with pytest.raises(ConfigError, match="grid_reference = 'majority'"):
+        detect(near_frame(), references, dataclasses.replace(profile, grid_reference="majority"))
+    with pytest.raises(ConfigError, match=r"grid_blur_sigma_px = 1\.5"):
+        detect(near_frame(), references, dataclasses.replace(profile, grid_blur_sigma_px=1.5))

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from magicsim.detectors import DetectorProfile, Proximity, Verdict
 from magicsim.detectors.combined import judge
-from magicsim.detectors.grasp import GraspStage, GraspState, run_grasp, step_grasp
+from magicsim.detectors.grasp import GraspStage, GraspState, step_grasp
 
 PROFILE = DetectorProfile(
     tau_g=0.8, approach_frames=3, entropy_hysteresis=0.2, touch_frames=2, touch_hysteresis=0.5, transport_frames=2,
@@ -24,6 +24,13 @@ LEAVING = frame(2.0, 0.1, 0.85)  # above tau_g, below the hysteresis
 
 features = st.builds(frame, st.floats(0, 8), st.floats(-1, 1), st.floats(0, 1))
 light_frames = st.builds(frame, st.floats(PROFILE.tau_e, 8), st.floats(PROFILE.tau_c, 1), st.floats(0, 1))
+
+
+def run_grasp(verdicts, profile):
+    state = GraspState()
+    for verdict in verdicts:
+        state = step_grasp(state, verdict, profile)
+        yield state
 
 
 def stages(*verdicts, profile=PROFILE):

@@ -6,6 +6,7 @@ import pytest
 from magicsim.light.backend import VARIANT, dr
 from magicsim.light.near.near_object import NearObject
 from magicsim.light.near.near_transport import NearTransport, follow_ports
+from magicsim.light.near.near_views import NearViews
 from magicsim.light.transport.light_pass import FIXED_POINT
 from magicsim.light.transport.light_starts import LightStarts
 from magicsim.light.world.finish import Finish
@@ -55,8 +56,8 @@ def look(transport, target, room, *, rays):
 
 def changes(sensor, state):
     """What an object changes of the image, truly and by compressed transport, in units of the mean image."""
-    renderer, rest = sensor.renderer, sensor.radiance(UNTOUCHED, sensor.rest)
-    found = renderer.compressed(sensor.view(state, sensor.rest))
+    rest = sensor.radiance(UNTOUCHED, sensor.rest)
+    found = NearViews(sensor.renderer).radiance(sensor.view(state, sensor.rest))
     return ((each - rest) / rest.mean() for each in (sensor.radiance(state, sensor.rest), found))
 
 
@@ -129,7 +130,7 @@ def test_a_far_object_gets_as_much_from_recorded_particles_as_through_the_ports(
 
 def test_a_flashlight_hides_what_passes_behind_it(sensor):
     lit, both = (
-        sensor.renderer.compressed(sensor.view(at(None, flashlight=True, passing_mm=place), sensor.rest))
+        NearViews(sensor.renderer).radiance(sensor.view(at(None, flashlight=True, passing_mm=place), sensor.rest))
         for place in (None, 0.0)
     )
     rest, passing = (
@@ -174,14 +175,15 @@ def compare(sensor, state):
 
 
 def test_what_touches_or_is_not_there_is_left_to_others(sensor):
-    renderer = sensor.renderer
-    assert renderer.compressed(sensor.view(UNTOUCHED, sensor.rest)) is None
-    assert renderer.compressed(sensor.view(at(45.0, flashlight=True), sensor.rest)) is None
-    assert renderer.compressed(sensor.view(at(-0.5), sensor.deform(at(-0.5), sensor.rest))) is None
+    near = NearViews(sensor.renderer)
+    assert near.radiance(sensor.view(UNTOUCHED, sensor.rest)) is None
+    assert near.radiance(sensor.view(at(45.0, flashlight=True), sensor.rest)) is None
+    assert near.radiance(sensor.view(at(-0.5), sensor.deform(at(-0.5), sensor.rest))) is None
 
 
 def test_places_on_the_way_do_not_tell(sensor):
     first, second = (sensor.view(at(gap), sensor.rest) for gap in (0.4, 1.0))
-    alone = sensor.renderer.compressed(second)
-    sensor.renderer.compressed(first)
-    np.testing.assert_array_equal(sensor.renderer.compressed(second), alone)
+    near = NearViews(sensor.renderer)
+    alone = near.radiance(second)
+    near.radiance(first)
+    np.testing.assert_array_equal(near.radiance(second), alone)

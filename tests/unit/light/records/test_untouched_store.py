@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from magicsim.light.backend import VARIANT
+from magicsim.light.near.near_views import NearViews
 from magicsim.light.records.untouched import (
     UntouchedStates,
     UntouchedStore,
@@ -48,19 +49,19 @@ def test_frames_are_the_same_with_and_without(store, monkeypatch):
 def test_a_kept_sensor_is_not_rendered_again(store, monkeypatch):
     image(store)
     kept = sensor(store)
-    monkeypatch.setattr("magicsim.light.renderer.untouched", lambda *_, **__: pytest.fail("rendered again"))
+    monkeypatch.setattr("magicsim.light.rest_renderer.untouched", lambda *_, **__: pytest.fail("rendered again"))
     assert kept.renderer.anchor().image.shape == (28, 24, 3)
 
 
 def test_light_through_the_face_is_followed_once(store, monkeypatch):
     def near(store):
         made = sensor(store)
-        return made.renderer.compressed(made.view(made.states[0], made.rest))
+        return NearViews(made.renderer).radiance(made.view(made.states[0], made.rest))
 
     alone = near(None)
     assert alone is not None
     np.testing.assert_array_equal(near(store), alone)
-    monkeypatch.setattr("magicsim.light.renderer.follow_ports", lambda _: pytest.fail("followed again"))
+    monkeypatch.setattr("magicsim.light.near.near_views.follow_ports", lambda _: pytest.fail("followed again"))
     np.testing.assert_array_equal(near(store), alone)
 
 
