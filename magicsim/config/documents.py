@@ -112,3 +112,11 @@ def each_leaf(value: Any, change: Callable[[Any], Any]) -> Any:  # noqa: ANN401 
     if isinstance(value, Mapping):
         return {key: each_leaf(each, change) for key, each in value.items()}
     return [each_leaf(each, change) for each in value] if isinstance(value, list | tuple) else change(value)
+
+
+def dotted(value: object, name: str = "") -> dict[str, object]:
+    """What is neither a table nor a list in a document, by its dotted key; places of lists are numbers."""
+    if not isinstance(value, Mapping | list):
+        return {name: value}
+    items = value.items() if isinstance(value, Mapping) else enumerate(value)
+    return {key: each for part, inner in items for key, each in dotted(inner, f"{name}.{part}".lstrip(".")).items()}

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from itertools import islice
@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 import tomli_w
 
 from magicsim.camera.exposure import check_codec
-from magicsim.config.documents import read_toml
+from magicsim.config.documents import dotted, read_toml
 from magicsim.config.program import versions
 from magicsim.dataset.assembly import Assembly
 from magicsim.dataset.card import dataset_card
@@ -27,25 +27,15 @@ from magicsim.emulator.emulator import OFF
 from magicsim.errors import ConvergenceError, MagicsimError, OutputError, RenderError
 from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.target import output_errors, sole_writer
-from magicsim.light.variant import activate_variant
 from magicsim.scenes.timeline import TierError
 from magicsim.waiting import Told, on_stderr, unheard, waiting
-from magicsim.workers.attempt import Prepare, WorkerOptions, bound_threads, choose_workers
+from magicsim.workers.attempt import Work, WorkerOptions, choose_workers
 from magicsim.workers.tasks import dealt, run_tasks
 
 NOT_IN_ROWS, MOST_KEYS = frozenset({"episodes", "license", "timeout_s"}), 8
 """Keys of a recipe that rows do not depend on, and the most that a message names."""
 CHECKED_FIRST, CHECKED = 200, 100_000
 """Episodes that are drawn, to see that they can be, before anything is written, and before anything is simulated."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Simulator:
-    """What makes rows."""
-
-    function: Callable[[SampleTask], bytes] = simulate_sample
-    prepare: Prepare | None = bound_threads
-    variant: Callable[[], str] = activate_variant
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,7 +81,7 @@ def generate_dataset(
     *,
     options: WorkerOptions | None = None,
     resume: bool = False,
-    simulator: Simulator | None = None,
+    simulator: Work | None = None,
     announce: Callable[[Cost], None] | None = None,
     phase: Callable[[str], None] = unheard,
     progress: Callable[[Standing], None] | None = None,
@@ -115,7 +105,10 @@ def generate_dataset(
         OutputError: The folder is not ours, holds another dataset, or cannot be written; what is finished is kept.
         RenderError: An emulated frame was farther off a true one than its model says.
     """
-    simulator, options = simulator or Simulator(), options or choose_workers(None, timeout_s=recipe.timeout_s)
+    simulator, options = (
+        simulator or Work(function=simulate_sample),
+        options or choose_workers(None, timeout_s=recipe.timeout_s),
+    )
     with waiting("making a dataset", told if progress is None else unheard) as share:
         check_codec(recipe.rig.camera.compression)
         episodes = draw_episodes(recipe)
@@ -195,25 +188,14 @@ def _check_forces(episodes: Iterable[DrawnEpisode]) -> None:
 def _another(recipe: Recipe, out: Path) -> str:
     """What a folder with another recipe holds, with the keys that differ."""
     try:
-        before = _keys(read_toml(out / CONFIG))
+        before = dotted(read_toml(out / CONFIG))
     except MagicsimError:
         return ""
-    now = _keys(recipe.model_dump(mode="json", exclude_none=True))
+    now = dotted(recipe.model_dump(mode="json", exclude_none=True))
     keys = [key for key in sorted({*before, *now} - NOT_IN_ROWS) if before.get(key) != now.get(key)]
     more = f" and {len(keys) - MOST_KEYS} more" if len(keys) > MOST_KEYS else ""
     what = f"differs in {', '.join(keys[:MOST_KEYS])}{more}" if keys else "names files that have changed"
     return f"a dataset of another recipe, which {what}; without RECIPE --resume takes its {CONFIG}"
-
-
-def _keys(value: object, name: str = "") -> dict[str, object]:
-    """Plain values by their dotted keys."""
-    if isinstance(value, Mapping):
-        items: Iterable[tuple[object, object]] = value.items()
-    elif isinstance(value, list):
-        items = enumerate(value)
-    else:
-        return {name: value}
-    return {key: each for part, inner in items for key, each in _keys(inner, f"{name}.{part}".lstrip(".")).items()}
 
 
 def _tell_tier(recipe: Recipe, assembly: Assembly, columns: list[Column]) -> None:
@@ -232,7 +214,7 @@ def _complete(
     episodes: Drawn[DrawnEpisode],
     total: int,
     options: WorkerOptions,
-    simulator: Simulator,
+    simulator: Work,
     columns: list[Column],
     tasks: Iterable[tuple[int, SampleTask]],
     progress: Callable[[Standing], None],

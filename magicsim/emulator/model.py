@@ -19,6 +19,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from magicsim.arrays import FloatImage
+from magicsim.config.documents import dotted
 from magicsim.config.models import Config, validate
 from magicsim.config.named_files import MODEL_SUFFIX
 from magicsim.config.presets import preset_root
@@ -177,16 +178,12 @@ def sensor_facts(design: ElastomerDesign, rig: Rig) -> dict[str, str | float]:
         "rig": rig.model_dump(mode="json", include=set(LIGHTS)),
         "camera": rig.camera.model_dump(mode="json", include=set(OPTICAL_CAMERA)),
     }
-    return dict(_leaves("", data))
+    return {name: _as_fact(value) for name, value in dotted(data).items()}
 
 
-def _leaves(path: str, value: object) -> list[tuple[str, str | float]]:
-    if isinstance(value, dict):
-        return [leaf for key, each in value.items() for leaf in _leaves(f"{path}.{key}" if path else key, each)]
-    if isinstance(value, list):
-        return [leaf for place, each in enumerate(value) for leaf in _leaves(f"{path}.{place}", each)]
+def _as_fact(value: object) -> str | float:
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return [(path, float(str(value)) if is_number else str(value))]
+    return float(str(value)) if is_number else str(value)
 
 
 def rest_key(design: ElastomerDesign, rig: Rig) -> str:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from magicsim.arrays import Array, Index
 from magicsim.errors import ConfigError
 from magicsim.frame_class import FrameClass
-from magicsim.judge.measures import LEAST_EPISODES, ends, resampled
+from magicsim.judge.measures import LEAST_EPISODES, ends
 from magicsim.judge.tally import JudgedEpisode, class_scores
 
 
@@ -163,7 +163,7 @@ def _curve(
         return np.where(total > 0, hits / np.maximum(total, 1), np.nan)
 
     found = rates(np.arange(len(episodes)))
-    draws = resampled(len(episodes), resamples, np.random.default_rng(seed))
+    draws = np.random.default_rng(seed).integers(0, len(episodes), (resamples, len(episodes)))
     spread = np.array([rates(drawn) for drawn in draws]) if len(episodes) >= LEAST_EPISODES else None
     points = []
     for index in range(count):

@@ -20,7 +20,7 @@ from magicsim.arrays import Frame
 from magicsim.camera.projection import calibrate_camera
 from magicsim.dataset.rows import frame_rows
 from magicsim.detectors.verdict import Verdict
-from magicsim.errors import ConfigError, FrameError, OutputError
+from magicsim.errors import ConfigError, FrameError
 from magicsim.folder import result_file
 from magicsim.judge.verdicts import COATED, PROFILES, TABLE, Judgement, judge, write_table
 from magicsim.report.drawing import CLASS_COLORS
@@ -82,10 +82,6 @@ def animate(
     Without verdicts the strip states the truth alone.
     """
     frames = episode.scored
-    if not frames:
-        raise OutputError("0 frames make no preview; there must be one at least")
-    if verdicts and len(verdicts) != len(frames):
-        raise OutputError(f"{len(verdicts)} verdicts for {len(frames)} frames; must be one for each")
     said: Sequence[Verdict | None] = verdicts or [None] * len(frames)
     data, shown = b"", episode.on_screen(frames)
     for scale in _SCALES:

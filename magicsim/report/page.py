@@ -7,7 +7,6 @@ from markupsafe import Markup
 
 from magicsim import frame_class as truth
 from magicsim.detectors.verdict import Verdict
-from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.judge.verdicts import Judgement
@@ -37,10 +36,9 @@ def scene_facts(episode: Episode) -> Mapping[str, str]:
 
 def describe_design(design: ElastomerDesign) -> str:
     """Size of a block, and its skin and cells [mm]."""
-    size = _value((*design.footprint_mm, design.height_mm))
-    if not design.has_grid:
-        return f"{size} mm, no grid"
-    return f"{size} mm, skin {design.skin_mm:g} mm, cells {design.cell_mm:g} mm, walls {design.wall_mm:g} mm"
+    grid = f"cell {design.cell_mm:g} mm, wall {design.wall_mm:g} mm" if design.has_grid else "no grid"
+    width, length = design.footprint_mm
+    return f"{width:g} x {length:g} x {design.height_mm:g} mm, skin {design.skin_mm:g} mm, {grid}"
 
 
 def describe_rig(rig: Rig) -> str:
@@ -83,20 +81,15 @@ SHEET_PROFILE = "calibrated"
 def render_report(episode: Episode, judgements: Sequence[Judgement], facts: Mapping[str, str]) -> str:
     """The report of an episode as a whole HTML document, with verdicts of any number of profiles.
 
-    Facts are added to the head of the page, and replace the scene's own of the same name (`Design`, `Rig`, `Object`,
-    `Seed`, `Frames`). `Scene` is the name in the title.
+    Facts are added to the scene's own at the head of the page.
     """
     frames = episode.scored
-    for each in judgements:
-        if len(each.verdicts) != len(frames):
-            given = f"judgement '{each.profile}' has {len(each.verdicts)} verdicts"
-            raise ConfigError(f"{given} for {len(frames)} scored frames; must be one for each")
     sheet = next((each for each in judgements if each.profile == SHEET_PROFILE), judgements[-1] if judgements else None)
     touched = any(frame.truth.contact for frame in frames)
     approached = any(frame.truth.state.has_object for frame in frames)
     return page_template("report.html.jinja", "magicsim.report").render(
-        title=f"Simulated episode: {facts['Scene']}" if "Scene" in facts else "Simulated episode",
-        facts={name: value for name, value in {**scene_facts(episode), **facts}.items() if name != "Scene"},
+        title="Simulated episode",
+        facts={**scene_facts(episode), **facts},
         profiles=[_profile_part(frames, each, place) for place, each in enumerate(judgements, start=1)],
         sheet_profile=sheet.profile if sheet else None,
         cards=_cards(episode, sheet.verdicts if sheet else None),

@@ -122,11 +122,6 @@ def write_places(path: Path, places_mm: Array, more: dict[str, Array]) -> None:
 
 
 def describe(scene: SceneConfig, estimator: str) -> dict[str, str]:
-    """Facts about a scene for its report."""
-    design, render = scene.design, scene.render
-    grid = f"cell {design.cell_mm:g} mm, wall {design.wall_mm:g} mm" if design.has_grid else "no grid"
-    width, length = design.footprint_mm
-    return {
-        "Design": f"{width:g} x {length:g} x {design.height_mm:g} mm, skin {design.skin_mm:g} mm, {grid}",
-        "Light": f"{estimator} ({activate_variant()}), {render.samples} samples a pixel, {render.particles} particles",
-    }
+    """Facts about a run for its report, beside those of the scene."""
+    work = f"{scene.render.samples} samples a pixel, {scene.render.particles} particles"
+    return {"Light": f"{estimator} ({activate_variant()}), {work}"}

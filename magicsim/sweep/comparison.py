@@ -16,7 +16,6 @@ import numpy as np
 from magicsim.config.program import versions
 from magicsim.folder.ledger import RESUMABLE, Ledger
 from magicsim.folder.target import output_errors, sole_writer
-from magicsim.light.variant import activate_variant
 from magicsim.sweep import result as files
 from magicsim.sweep.designs import SweptDesign, count_designs, list_designs, value_at
 from magicsim.sweep.explorer import render_explorer, rows_of, table_csv, table_parquet
@@ -26,7 +25,7 @@ from magicsim.sweep.search import costs_of, optuna_version, pareto_front, search
 from magicsim.sweep.sweep_file import SweepConfig
 from magicsim.sweep.verdicts import check_trends, leaders, verdicts
 from magicsim.waiting import Told, on_stderr, unheard, waiting
-from magicsim.workers.attempt import Outcome, Prepare, WorkerOptions, bound_threads, choose_workers
+from magicsim.workers.attempt import Outcome, Work, WorkerOptions, choose_workers
 from magicsim.workers.run_folder import log_failures
 from magicsim.workers.tasks import run_tasks
 
@@ -81,15 +80,6 @@ def judge_design(task: DesignTask) -> bytes:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DesignJudge:
-    """The function that judges designs, and what prepares a process for it."""
-
-    function: Callable[[DesignTask], bytes] = judge_design
-    prepare: Prepare | None = bound_threads
-    variant: Callable[[], str] = activate_variant
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class SweepSummary:
     """What `magicsim sweep` reports."""
 
@@ -121,7 +111,7 @@ def run_sweep(
     *,
     options: WorkerOptions | None = None,
     resume: bool = False,
-    judge: DesignJudge | None = None,
+    judge: Work | None = None,
     progress: Callable[[int, int, int], None] | None = None,
     told: Told = on_stderr,
 ) -> SweepSummary:
@@ -146,7 +136,7 @@ def run_sweep(
             value_at(sweep, each.field)  # refuses what is not there
         chooser = {"optuna": optuna_version()}
     FOLDER.check(out, resume=resume)
-    start, judge = time.perf_counter(), judge or DesignJudge()
+    start, judge = time.perf_counter(), judge or Work(function=judge_design)
     options = options or choose_workers(None, timeout_s=sweep.timeout_s)
     heard = waiting("comparing designs", told if progress is None else unheard)
     with heard as share, output_errors(out, then=RESUMABLE), sole_writer(out):
@@ -220,7 +210,7 @@ class _Call:
     sweep: SweepConfig
     ledger: Ledger
     options: WorkerOptions
-    judge: DesignJudge
+    judge: Work
     progress: Callable[[int, int, int], None]
 
     def search(self, index: SweepIndex, earlier: dict[str, str], *, known: dict[str, str]) -> dict[str, str]:

@@ -11,6 +11,7 @@ from typing import Any, Generic, TypeVar
 
 from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError, MagicsimError
+from magicsim.light.variant import activate_variant
 from magicsim.waiting import shown_elsewhere
 
 MAX_WORKERS = 1024
@@ -170,3 +171,12 @@ def bound_threads(threads: int) -> None:
     from magicsim.light.backend import dr
 
     dr.set_thread_count(threads)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Work:
+    """What processes make of tasks, and what prepares them for it."""
+
+    function: Callable[[Any], bytes]
+    prepare: Prepare | None = bound_threads
+    variant: Callable[[], str] = activate_variant

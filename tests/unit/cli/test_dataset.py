@@ -11,7 +11,7 @@ RECIPE = [str(FOLDER / "small.toml"), "--workers", "1", *(part for each in SMALL
 
 @pytest.fixture(autouse=True)
 def without_rendering(monkeypatch: pytest.MonkeyPatch, in_process: None) -> None:  # noqa: F811
-    monkeypatch.setattr("magicsim.dataset.generate.Simulator", lambda: FAKE)
+    monkeypatch.setattr("magicsim.dataset.generate.Work", lambda **_: FAKE)
 
 
 def test_dataset_prints_the_contract_and_can_be_verified_and_exported(shell: Shell, tmp_path: Path):
@@ -57,7 +57,7 @@ def test_dataset_goes_on_by_the_recipe_in_its_folder_and_says_what_it_keeps(shel
 
 def test_why_an_episode_has_no_rows_is_told(shell: Shell, monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     monkeypatch.setenv("FAKE_CRASH", str(tmp_path / "none"))
-    monkeypatch.setattr("magicsim.dataset.generate.Simulator", lambda: FAILING)
+    monkeypatch.setattr("magicsim.dataset.generate.Work", lambda **_: FAILING)
     done = shell("dataset", *RECIPE, "--out", "set")
     assert done.code == 0
     last = done.err.splitlines()[-1]

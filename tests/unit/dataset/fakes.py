@@ -15,12 +15,12 @@ import numpy as np
 import pyarrow as pa
 from PIL import Image
 
-from magicsim.dataset.generate import Simulator, generate_dataset
+from magicsim.dataset.generate import generate_dataset
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
 from magicsim.dataset.rows import SampleTask
 from magicsim.dataset.shard import rows_as_bytes, schema_of_columns
 from magicsim.errors import ConvergenceError
-from magicsim.workers.attempt import WorkerOptions
+from magicsim.workers.attempt import Work, WorkerOptions
 
 FOLDER = Path(__file__).parent
 TURNED = [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
@@ -107,10 +107,10 @@ def _variant() -> str:
     return "none"
 
 
-FAKE = Simulator(function=fake_rows, prepare=None, variant=_variant)
-TELLING = Simulator(function=telling_rows, prepare=None, variant=_variant)
-MIXED = Simulator(function=mixed_rows, prepare=None, variant=_variant)
-FAILING = Simulator(function=failing_rows, prepare=None, variant=_variant)
+FAKE = Work(function=fake_rows, prepare=None, variant=_variant)
+TELLING = Work(function=telling_rows, prepare=None, variant=_variant)
+MIXED = Work(function=mixed_rows, prepare=None, variant=_variant)
+FAILING = Work(function=failing_rows, prepare=None, variant=_variant)
 
 
 def decoded(value: dict) -> np.ndarray:

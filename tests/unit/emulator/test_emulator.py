@@ -10,7 +10,7 @@ import pytest
 from magicsim.camera.exposure import meter
 from magicsim.config.named_files import config_digest
 from magicsim.dataset.card import tier_sentence
-from magicsim.dataset.generate import Simulator, generate_dataset
+from magicsim.dataset.generate import generate_dataset
 from magicsim.dataset.recipes.recipe import load_recipe
 from magicsim.dataset.rows import simulate_sample
 from magicsim.dataset.verify import verify_dataset
@@ -26,7 +26,7 @@ from magicsim.scenes.timeline import UNTOUCHED, FrameState, TierError
 from magicsim.simulation.emulation import COMPRESSED, before_contact
 from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor
-from magicsim.workers.attempt import Failure, FailureKind, Outcome
+from magicsim.workers.attempt import Failure, FailureKind, Outcome, Work
 
 from .sensors import COLOUR, SMALL, small_model, small_scene
 
@@ -286,7 +286,7 @@ def test_a_dataset_of_emulated_touches_names_them_and_stops_where_they_are_wrong
     for error in (100.0, 0.001):
         path.write_bytes(small_model(small_scene(), rest, errors=[row(error)]).to_bytes())
         recipe = load_recipe("default", settings)
-        simulator = Simulator(function=simulate_sample, prepare=None)
+        simulator = Work(function=simulate_sample, prepare=None)
         monkeypatch.setattr("magicsim.dataset.generate.run_tasks", here)
         out = tmp_path / f"{error:g}"
         if error < 1:

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from magicsim.errors import OutputError
 from magicsim.notebook.screen import EDGE_PX, to_srgb
 from magicsim.report.episode_report import animate, strip_lines
 from report.synthetic import make_episode, make_judgement
@@ -62,11 +61,3 @@ def test_strip_states_truth_and_marks_wrong_verdicts(episode):
         ("contact: Untouched (wrong)", True),
     ]
     assert len(strip_lines(episode.scored[place], None)) == 2
-
-
-def test_preview_rejects_what_it_cannot_write(episode, tmp_path):
-    with pytest.raises(OutputError, match="0 frames"):
-        animate(replace(episode, frames=episode.references), tmp_path / "preview.webp")
-    with pytest.raises(OutputError, match="1 verdicts for 90 frames"):
-        animate(episode, tmp_path / "preview.webp", verdicts=make_judgement(episode).verdicts[:1])
-    assert not list(tmp_path.iterdir())

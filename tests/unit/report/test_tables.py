@@ -94,7 +94,7 @@ def test_facts_describe_the_scene(episode):
     facts = scene_facts(episode)
     assert facts["Object"] == "sphere: radius 5 mm"
     assert facts["Frames"] == "3 references, 90 scored, 15 per second"
-    assert facts["Design"] == "24 \u00d7 32 \u00d7 6.6 mm, no grid"
+    assert facts["Design"] == "24 x 32 x 6.6 mm, skin 0.8 mm, no grid"
 
 
 def test_facts_of_an_empty_scene_say_so():

@@ -9,12 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from magicsim.errors import GeometryError
-from magicsim.sweep.comparison import DesignJudge, DesignTask, run_sweep
+from magicsim.sweep.comparison import DesignTask, run_sweep
 from magicsim.sweep.measures import MEASURES, Measured
 from magicsim.sweep.parts import block_of
 from magicsim.sweep.result import DesignResult
 from magicsim.sweep.sweep_file import SweepConfig, load_sweep
-from magicsim.workers.attempt import WorkerOptions
+from magicsim.workers.attempt import Work, WorkerOptions
 
 FOLDER = Path(__file__).parent
 NOTE = 'printed cell 0.6 to 1 mm, here 1.2; "recommended" core & <skin>'
@@ -75,8 +75,8 @@ def no_variant() -> str:
     return "none"
 
 
-FAKE = DesignJudge(function=fake, prepare=None, variant=no_variant)
-FAILING = DesignJudge(function=failing, prepare=None, variant=no_variant)
+FAKE = Work(function=fake, prepare=None, variant=no_variant)
+FAILING = Work(function=failing, prepare=None, variant=no_variant)
 
 if __name__ == "__main__":
     summary = run_sweep(small_sweep(), Path(sys.argv[1]), options=WorkerOptions(workers=1), resume=True, judge=FAKE)

@@ -7,10 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from magicsim.errors import GeometryError
-from magicsim.sweep.comparison import DesignJudge, DesignTask, run_sweep
+from magicsim.sweep.comparison import DesignTask, run_sweep
 from magicsim.sweep.measures import Measured
 from magicsim.sweep.sweep_file import SweepConfig
-from magicsim.workers.attempt import WorkerOptions
+from magicsim.workers.attempt import Work, WorkerOptions
 
 from .fakes import no_variant, result_of, small_sweep
 
@@ -53,8 +53,8 @@ def partly(task: DesignTask) -> bytes:
     return quadratic(task)
 
 
-QUADRATIC = DesignJudge(function=quadratic, prepare=None, variant=no_variant)
-PARTLY = DesignJudge(function=partly, prepare=None, variant=no_variant)
+QUADRATIC = Work(function=quadratic, prepare=None, variant=no_variant)
+PARTLY = Work(function=partly, prepare=None, variant=no_variant)
 
 if __name__ == "__main__":
     run_sweep(searching(16), Path(sys.argv[1]), options=WorkerOptions(workers=1), resume=True, judge=QUADRATIC)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from magicsim.dataset.generate import Simulator, Standing, generate_dataset
+from magicsim.dataset.generate import Standing, generate_dataset
 from magicsim.dataset.manifest import FailedEpisode, Manifest, read_manifest
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.estimate import estimate
@@ -16,7 +16,7 @@ from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.errors import OutputError
 from magicsim.folder.ledger import WORK
 from magicsim.folder.target import LOCK
-from magicsim.workers.attempt import FailureKind, Outcome, bound_threads
+from magicsim.workers.attempt import FailureKind, Outcome, Work, bound_threads
 from magicsim.workers.run_folder import log_failures
 from magicsim.workers.tasks import run_tasks
 from magicsim_experiments.learn.fitting import (
@@ -114,7 +114,7 @@ class DatasetStage:
 
     name: str
     recipe: Recipe
-    simulator: Simulator | None = None
+    simulator: Work | None = None
     """What makes rows, where it is not the simulation."""
 
     def core_seconds(self, processes: int) -> float:

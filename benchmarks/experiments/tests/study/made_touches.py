@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pyarrow as pa
 
-from magicsim.dataset.generate import Simulator
 from magicsim.dataset.rows import SampleTask
 from magicsim.dataset.shard import rows_as_bytes, schema_of_columns
 from magicsim.scenes.timeline import UNTOUCHED, timeline
+from magicsim.workers.attempt import Work
 
 EMPTY = {"string": "", "bool": False, "int32": 0, "int64": 0}
 
@@ -48,7 +48,7 @@ def _variant() -> str:
     return "none"
 
 
-MADE = Simulator(function=made_rows, prepare=None, variant=_variant)
+MADE = Work(function=made_rows, prepare=None, variant=_variant)
 
 
 def _spot(scene, state) -> np.ndarray:
