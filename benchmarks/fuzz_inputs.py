@@ -50,7 +50,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.files.mesh_file import load_mesh
 from magicsim.geometry.grid import resolve_grid
 from magicsim.geometry.objects.kinds import find_object
-from magicsim.judge.recorded import read_labels, read_recording
+from magicsim.judge.recorded import read_classes, read_recording
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import load_scene
 from magicsim.simulation.plan import plan_scene
@@ -305,7 +305,7 @@ def sample_files(folder: Path) -> list[tuple[str, bytes, Read]]:
     files: list[tuple[str, bytes, Read]] = [(name, content, read_solid) for name, content in meshes.items()]
     files += [(name, content, read_image) for name, content in images.items()]
     files += [("truth.csv", truth.encode(), lambda path: read_recording(path.parent))]
-    files += [("labels.csv", labels.encode(), lambda path: read_labels(path.parent))]
+    files += [("labels.csv", labels.encode(), lambda path: read_classes(path).episode())]
     return files + [(path.name, path.read_bytes(), load_baseline) for path in sorted(baseline)]
 
 

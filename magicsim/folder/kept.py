@@ -1,13 +1,11 @@
 """Files that are kept to be used again: where, how large all of one kind may be together, and which go first."""
 
-import logging
 import os
 import re
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-LOGGER = logging.getLogger(__name__)
 TAKES = Path("magicsim-takes")
 """Folder of takes, unless another is named."""
 FRAMES_VARIABLE = "MAGICSIM_FRAMES"

@@ -49,15 +49,8 @@ REFERENCE = "Reference"
 LABEL_COLUMNS = ("file", "class")
 
 
-def read_labels(folder: str | Path) -> Episode:
-    """Read a labelled folder.
-
-    `ConfigError` where table, column, class or untouched frames are missing or unknown; `FrameError` of an image.
-    """
-    return _read_classes(Path(folder) / LABELS).episode()
-
-
-def _read_classes(path: Path) -> "RecordedEpisode":
+def read_classes(path: Path) -> "RecordedEpisode":
+    """Reads a table of classes; `ConfigError` where table, column, class or untouched frames are missing or unknown."""
     table = read_table(path)
     missing = [name for name in LABEL_COLUMNS if name not in table.heading]
     if missing:
@@ -134,7 +127,7 @@ def read_recording(folder: Path) -> RecordedEpisode:
     """
     path = folder / TRUTH
     if not is_file(path) and is_file(folder / LABELS):
-        return _read_classes(folder / LABELS)
+        return read_classes(folder / LABELS)
     if not is_file(path):
         raise ConfigError(
             f"recording '{folder}' holds no readable {TRUTH}, with the columns {', '.join(COLUMNS)}, nor {LABELS}, "
@@ -187,7 +180,7 @@ def _row(line: Line, force: tuple[str, ...]) -> tuple[str, bool, float, float, b
 
 
 def read_episode(folder: Path) -> Episode:
-    """Frames and classes of one episode, with the errors of `read_labels`."""
+    """Frames and classes of one episode, with the errors of `read_recording`; `FrameError` of an image."""
     if (folder / TABLE).is_file():
         return _read_run(folder)
     if (folder / TRUTH).is_file() or (folder / LABELS).is_file():

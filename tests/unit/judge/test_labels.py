@@ -4,7 +4,7 @@ from detectors.conftest import grid_frame, near_frame
 
 from magicsim.detectors import FrameClass
 from magicsim.errors import ConfigError, FrameError
-from magicsim.judge.recorded import read_labels
+from magicsim.judge.recorded import read_episode
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def label(folder, text):
 def test_references_and_labelled_frames_are_told_apart_in_their_order(folder):
     rows = ["rest.png,Reference,", "rest.png,Reference,", "near.png,Near,x", "rest.png,,between", "rest.png, Clear ,"]
     text = "\n".join(["file,class,note", *rows, ""])
-    found = read_labels(label(folder, text))
+    found = read_episode(label(folder, text))
     assert len(found.references) == 2
     assert list(found.classes) == [FrameClass.NEAR, None, FrameClass.CLEAR]
     assert np.array_equal(found.frames[0], near_frame())
@@ -40,15 +40,10 @@ def test_references_and_labelled_frames_are_told_apart_in_their_order(folder):
 )
 def test_table_that_cannot_be_used_is_one_line(folder, text, named):
     with pytest.raises(ConfigError, match=named) as caught:
-        read_labels(label(folder, text))
+        read_episode(label(folder, text))
     assert "\n" not in str(caught.value)
 
 
 def test_missing_image_is_named(folder):
     with pytest.raises(FrameError, match=r"none\.png"):
-        read_labels(label(folder, "file,class\nnone.png,Reference\n"))
-
-
-def test_folder_without_table_is_named(tmp_path):
-    with pytest.raises(ConfigError, match=r"labels\.csv' cannot be read"):
-        read_labels(tmp_path)
+        read_episode(label(folder, "file,class\nnone.png,Reference\n"))
