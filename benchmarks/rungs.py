@@ -25,11 +25,11 @@ from laboratory.stress.grid import VALID, OutOfProcessorTimeError, processor_lim
 
 from magicsim.deform.indentation.press import compile_kernels
 from magicsim.deform.quality import NewtonOptions
-from magicsim.deform.solve import condensed, descent, ladder, load_step, path
-from magicsim.deform.solve.ladder import WHY_PLAIN, Care, Rung
+from magicsim.deform.solve import ladder, load_step, path
+from magicsim.deform.solve.ladder import WHY_PLAIN, Rung
 from magicsim.deform.solve.problem import Problem
 
-LEFT_OUT = frozenset(Rung) - (WHY_PLAIN - {Rung.PATIENT})
+LEFT_OUT = frozenset(Rung) - WHY_PLAIN
 """Rungs that are left out one by one; why a step is plain is told with `PLAIN`."""
 PATIENCE, LEAST_S = 3.0, 30.0
 """Processor time without a rung, in times of that with all of them, and what is added [s]."""
@@ -55,31 +55,20 @@ class Row:
 
 def ablated(rung: Rung) -> list[Any]:
     """Patches that take a rung away."""
-    search, plain, follow = descent.search, load_step.newton_step, path.ContactSolver._follow_path
-
-    def unstretched(*given: Any, is_stiffened: bool) -> Any:  # noqa: ANN401
-        return search(*given, is_stiffened=False)
+    follow = path.ContactSolver._follow_path
 
     def stuck(problem: Any, surface: Any, iterate: Any) -> Any:  # noqa: ANN401
-        ends = problem.options.is_condensed
-        return replace(iterate, stuck=True) if ends else plain(problem, surface, iterate)
+        return replace(iterate, stuck=True)
 
     def once(solver: Any, *given: Any, longer: float = 1) -> Any:  # noqa: ANN401
         return follow(solver, *given) if longer == 1 else None
-
-    with_care = Problem.with_care
-
-    def careless(problem: Problem, care: Care) -> Problem:
-        return problem if care is Care.CAREFUL else with_care(problem, care)
 
     unshifted = replace(NewtonOptions(), last_shift=1e-12)
     taken: dict[Rung, Callable[[], list[Any]]] = {
         Rung.SHIFTED: lambda: [patch.object(path, "NewtonOptions", lambda **given: replace(unshifted, **given))],
         Rung.PLAIN: lambda: [patch.object(load_step, "newton_step", stuck)],
-        Rung.STRETCHED: lambda: [patch.object(each, "search", unstretched) for each in (condensed, load_step)],
         Rung.HALVED: lambda: [patch.object(ladder, "SHORTEST", 0.9)],
-        Rung.CAREFUL: lambda: [patch.object(Problem, "with_care", careless)],
-        Rung.PATIENT: lambda: [patch.object(ladder, "NEARLY_FOLDED", 2.0)],
+        Rung.CAREFUL: lambda: [patch.object(Problem, "with_care", lambda problem: problem)],
         Rung.FEWER: lambda: [patch.object(path.ContactSolver, "_follow_path", once)],
     }
     return taken[rung]()

@@ -47,8 +47,6 @@ class NewtonOptions:
     """Shortenings of one Newton step."""
     keeps_factors: bool = True
     """Whether a factor serves as long as it does well; otherwise every iteration has its own."""
-    is_condensed: bool = True
-    """Whether contact is solved on the face for every step of the body, see `condensed`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

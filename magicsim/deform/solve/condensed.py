@@ -91,8 +91,6 @@ class Condenser:
                 has not gone far.
         """
         is_first = pressed is not None
-        if not problem.options.is_condensed:
-            return Rung.PATIENT
         needed = near_facets(problem.face, iterate, NEEDED_MM)
         if pressed is not None:
             needed = np.union1d(needed, problem.face.facet[pressed])

@@ -15,7 +15,6 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.deform.contact.augmented import Surface
 from magicsim.deform.solve.iterate import Iterate, evaluated
-from magicsim.deform.solve.ladder import Rung
 from magicsim.deform.solve.problem import Problem
 
 T = TypeVar("T")
@@ -120,15 +119,5 @@ def search(problem: Problem, surface: Surface, start: Iterate, direction: Array,
             return True  # a direction that promises no decrease is taken as it is
         return decreases(merit(end), reference, alpha * slope, noise)
 
-    best, alpha, is_accepted = shortened(accepts, trial, longest=min(1.0, longest), halvings=options.max_halvings)
-    if best is None:
-        return replace(start, stuck=True)
-    if not (is_accepted and is_stiffened) or alpha < 1 or slope >= 0:
-        return best
-    while 2 * alpha <= longest:
-        alpha *= 2
-        longer = trial(alpha)
-        if longer is None or merit(longer) >= merit(best):
-            break
-        best = longer.on(Rung.STRETCHED)
-    return best
+    best, _, _ = shortened(accepts, trial, longest=min(1.0, longest), halvings=options.max_halvings)
+    return best if best is not None else replace(start, stuck=True)

@@ -5,19 +5,18 @@
 | iteration | the model of the body is a poor one | a factor at the present state | `condensed` |
 | iteration | the matrix is not definite | `SHIFTED` | `condensed`, `load_step` |
 | iteration | the condensed step, for one of `WHY_PLAIN` | `PLAIN` | `load_step` |
-| iteration | the step folds a cell, or the energy rises | a shorter one; `STRETCHED` after a shift | `descent` |
-| load step | no equilibrium | `HALVED` and `CAREFUL`, then `PATIENT` | `Strides`, `Problem` |
+| iteration | the step folds a cell, or the energy rises | a shorter one | `descent` |
+| load step | no equilibrium | `HALVED` and `CAREFUL` | `Strides`, `Problem` |
 | path | no load step leads on | `FEWER` | `path` |
 
 A result names the rungs on which it stands (`Deformation.rungs`), and for plain steps why they were taken, so that
 `python benchmarks/stress.py` counts what each one of them is good for.
 
-A step that fails is halved and iterated with more care, then with patience (`Care`), down to the shortest one. A state
-that is nearly folded is spared patience: shorter steps bring it to its fold, and nothing leads beyond.
+A step that fails is halved and iterated with more care, down to the shortest one.
 """
 
 from dataclasses import dataclass
-from enum import Enum, StrEnum
+from enum import StrEnum
 
 
 class Rung(StrEnum):
@@ -35,19 +34,15 @@ class Rung(StrEnum):
     """Plain: no shift makes the body's matrix definite."""
     UNSOLVED = "unsolved"
     """Plain: the contact problem of the face, solved by itself, has no solution."""
-    STRETCHED = "stretched"
-    """A step of a matrix that is stiffer than the Hessian, doubled while the energy decreased."""
     HALVED = "halved"
     """A shorter load step."""
     CAREFUL = "careful"
     """More iterations, each of them with a new factor; friction limits wait for balance."""
-    PATIENT = "patient"
-    """Plain steps only, because they were asked for, and many of them."""
     FEWER = "fewer"
     """The path begun again from rest with longer load steps."""
 
 
-WHY_PLAIN = frozenset({Rung.UNTOUCHED, Rung.LARGE, Rung.INDEFINITE, Rung.UNSOLVED, Rung.PATIENT})
+WHY_PLAIN = frozenset({Rung.UNTOUCHED, Rung.LARGE, Rung.INDEFINITE, Rung.UNSOLVED})
 """Reasons for a plain step: what a condensed one says instead of a result."""
 
 
@@ -61,21 +56,7 @@ SHORTEST = 1 / 32
 """Shortest load step in units of the usual one."""
 GROWTH = 1.5
 """Growth of a step after one that succeeded."""
-NEARLY_FOLDED = 0.1
-"""Smallest Jacobian of a state below which patience does not lead on."""
 ROUNDING = 1e-9
-
-
-class Care(Enum):
-    """How a load step is solved."""
-
-    ORDINARY = 0
-    CAREFUL = 1
-    """After a failure: friction limits wait for balance, factors are never kept, iterations are more."""
-    PATIENT = 2
-    """After a second one: plain Newton iterations, and many. Where the face snaps from one shape to another the body
-    has to go a long way for little: steps that solve the contact in full go back and forth, plain ones follow the
-    energy down."""
 
 
 @dataclass(slots=True)
@@ -85,7 +66,8 @@ class Strides:
     usual: float
     """Longest step."""
     done: float = 0.0
-    care: Care = Care.ORDINARY
+    is_careful: bool = False
+    """Whether the next step is solved with care: the one before failed."""
     cutbacks: int = 0
     _stride: float = 0.0
 
@@ -95,9 +77,8 @@ class Strides:
     @property
     def rungs(self) -> frozenset[Rung]:
         """Rungs of the ladder, on which the next step would stand."""
-        cared = {Care.ORDINARY: (), Care.CAREFUL: (Rung.CAREFUL,), Care.PATIENT: (Rung.PATIENT,)}[self.care]
-        is_halved = self._stride < (1 - ROUNDING) * self.usual
-        return frozenset((*cared, Rung.HALVED) if is_halved else cared)
+        found = {Rung.CAREFUL: self.is_careful, Rung.HALVED: self._stride < (1 - ROUNDING) * self.usual}
+        return frozenset(rung for rung, stands in found.items() if stands)
 
     @property
     def gave_up(self) -> bool:
@@ -112,14 +93,11 @@ class Strides:
 
     def succeed(self) -> None:
         """The step was solved."""
-        self.done, self.care = self.target, Care.ORDINARY
+        self.done, self.is_careful = self.target, False
         self._stride = min(self._stride * GROWTH, self.usual)
 
-    def fail(self, min_jacobian: float) -> None:
-        """The step, from a state with this smallest Jacobian, was not solved."""
-        if self.care is Care.CAREFUL and min_jacobian > NEARLY_FOLDED:
-            self.care = Care.PATIENT
-            return
+    def fail(self) -> None:
+        """The step was not solved."""
         # the last step of a path may be cut short: it is solved again with care before it is halved
-        self._stride = (self._stride if self.care is Care.ORDINARY else self.target - self.done) / 2
-        self.cutbacks, self.care = self.cutbacks + 1, Care.CAREFUL
+        self._stride = (self.target - self.done if self.is_careful else self._stride) / 2
+        self.cutbacks, self.is_careful = self.cutbacks + 1, True

@@ -33,7 +33,7 @@ from magicsim.deform.solve.iterate import (
     report_bound,
     report_passage,
 )
-from magicsim.deform.solve.ladder import Care, Rung, Strides, rung_names
+from magicsim.deform.solve.ladder import Rung, Strides, rung_names
 from magicsim.deform.solve.load_step import (
     first_contact,
     has_converged,
@@ -317,12 +317,12 @@ class ContactSolver:
             next_pose = indenter.pose if target == 1 else pose_between(first, indenter.pose, target)
             moved, before = (replace(indenter, pose=each) for each in (next_pose, pose))
             iterate = iterate_pose(
-                problem.with_care(strides.care),
+                problem.with_care() if strides.is_careful else problem,
                 self._condenser,
                 moved,
                 before,
                 state,
-                may_use_path=strides.care is Care.ORDINARY,
+                may_use_path=not strides.is_careful,
                 note=effort.note,
             )
             if self._is_valid(problem, iterate, moved):
@@ -331,7 +331,7 @@ class ContactSolver:
                 strides.succeed()
             else:
                 effort.last = iterate
-                strides.fail(state.min_jacobian)
+                strides.fail()
                 effort.cutbacks = before_cutbacks + strides.cutbacks
         return None if strides.gave_up else state
 

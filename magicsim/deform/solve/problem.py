@@ -15,12 +15,11 @@ from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.table import TableMemory
 from magicsim.deform.quality import NewtonOptions
 from magicsim.deform.solve.factorise import SymmetricSolver, symmetric_solver
-from magicsim.deform.solve.ladder import Care
 
 EPS = float(np.finfo(np.float64).eps)
 ROUNDINGS = 4
 """Relative error of a cell's forces before they cancel, in units of that of one number."""
-MORE_ITERATIONS = {Care.ORDINARY: 1, Care.CAREFUL: 2, Care.PATIENT: 3}
+MORE_ITERATIONS = 2
 """Iterations of a load step in units of `NewtonOptions.max_iterations`: assumed."""
 MOST_CONTRAST = 3e3
 """Largest over smallest modulus up to which factors are of single precision: assumed."""
@@ -84,14 +83,10 @@ class Problem:
             least_force_n=max(floor, _rounding_n(lattice, shear_mpa) / options.residual),
         )
 
-    def with_care(self, care: Care) -> Self:
-        """This problem for a load step that is solved with more or less care."""
-        options = replace(self.options, patience=0, max_iterations=MORE_ITERATIONS[care] * self.options.max_iterations)
-        if care is Care.ORDINARY:
-            return self
-        if care is Care.CAREFUL:
-            return replace(self, options=replace(options, keeps_factors=False))
-        return replace(self, options=replace(options, is_condensed=False))
+    def with_care(self) -> Self:
+        """This problem for a load step after one that failed: friction limits wait for balance, no factor is kept."""
+        most = MORE_ITERATIONS * self.options.max_iterations
+        return replace(self, options=replace(self.options, patience=0, max_iterations=most, keeps_factors=False))
 
     def on_table(self, memory: TableMemory | None) -> Self:
         """This problem with the base as an earlier load step has left it; itself where the base is bonded."""

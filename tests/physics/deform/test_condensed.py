@@ -1,7 +1,5 @@
 """Contact solved in full on the face: the same equilibria as plain Newton steps find, in fewer factorisations."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -131,22 +129,6 @@ def test_a_tall_block_that_the_object_alone_holds_needs_no_shift() -> None:
     state = ContactSolver(build_lattice(design, zone=contact_zone([pose], design))).solve(pose)
     assert state.shifted == 0
     assert state.iterations < 80
-
-
-def test_a_step_that_condensed_iterations_cannot_take_is_taken_patiently(
-    lattice: Lattice, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    expected = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM), poses()[:2])[-1]
-    monkeypatch.setattr(
-        Condenser, "step",
-        lambda _, problem, __, iterate, **___: (
-            replace(iterate, stuck=True) if problem.options.is_condensed else Rung.PATIENT
-        ),
-    )  # fmt: skip
-    found = solved(ContactSolver(lattice, tolerance_mm=TIGHT_MM), poses()[:2])[-1]
-    assert found.cutbacks > 0
-    assert found.restarts == 0
-    np.testing.assert_allclose(found.force_n, expected.force_n, atol=2e-3 * np.linalg.norm(expected.force_n))
 
 
 def test_without_pardiso_the_same_iterations_find_the_same_equilibria(

@@ -1,11 +1,11 @@
-from magicsim.deform.solve.ladder import SHORTEST, Care, Strides
+from magicsim.deform.solve.ladder import SHORTEST, Strides
 
 
-def fail_until_given_up(strides: Strides, *, min_jacobian: float) -> list[tuple[float, Care]]:
+def fail_until_given_up(strides: Strides) -> list[tuple[float, bool]]:
     tried = []
     while not strides.gave_up:
-        tried.append((strides.target, strides.care))
-        strides.fail(min_jacobian)
+        tried.append((strides.target, strides.is_careful))
+        strides.fail()
     return tried
 
 
@@ -17,33 +17,25 @@ def test_a_path_without_failures_goes_in_usual_steps():
     assert targets == [0.25, 0.5, 0.75, 1.0]
 
 
-def test_a_step_that_fails_is_halved_with_care_and_patience_down_to_the_shortest():
+def test_a_step_that_fails_is_halved_with_care_down_to_the_shortest():
     strides = Strides(usual=0.25)
-    tried = fail_until_given_up(strides, min_jacobian=0.5)
-    assert tried[:4] == [
-        (0.25, Care.ORDINARY), (0.125, Care.CAREFUL), (0.125, Care.PATIENT), (0.0625, Care.CAREFUL),
-    ]  # fmt: skip
-    assert tried[-1] == (0.25 * SHORTEST, Care.PATIENT)
+    tried = fail_until_given_up(strides)
+    assert tried == [(0.25 / 2**halvings, halvings > 0) for halvings in range(6)]
+    assert tried[-1][0] == 0.25 * SHORTEST
     assert strides.cutbacks == 6
-
-
-def test_only_shorter_steps_are_tried_where_a_cell_is_folded():
-    tried = fail_until_given_up(Strides(usual=0.25), min_jacobian=0.01)
-    assert [target for target, _ in tried] == [0.25 / 2**halvings for halvings in range(6)]
-    assert Care.PATIENT not in {care for _, care in tried}
 
 
 def test_the_last_step_is_tried_again_with_care_before_it_is_halved():
     strides = Strides(usual=0.4)
     strides.succeed()
     strides.succeed()
-    tried = fail_until_given_up(strides, min_jacobian=0.05)
-    assert tried[:2] == [(1.0, Care.ORDINARY), (1.0, Care.CAREFUL)]
+    tried = fail_until_given_up(strides)
+    assert tried[:2] == [(1.0, False), (1.0, True)]
     assert [round(target, 9) for target, _ in tried[2:4]] == [0.9, 0.85]
 
 
 def test_steps_grow_again_after_a_failure():
     strides = Strides(usual=0.4)
-    strides.fail(0.5)
+    strides.fail()
     strides.succeed()
     assert round(strides.target - strides.done, 9) == 0.3
