@@ -186,6 +186,11 @@ def interval(renderings: Sequence[Statistic], count: int, *, seed: int) -> tuple
     return ends(np.array([drawn() for _ in range(RESAMPLES)]))
 
 
+def resampled(count: int, resamples: int, random: np.random.Generator) -> Index:
+    """Numbers of as many items as there are, drawn with replacement, shape (resamples, count)."""
+    return random.integers(0, count, (resamples, count))
+
+
 def ends(values: Array) -> tuple[float, float]:
     """Ends of the interval that resampled values say, those that are not finite left out; NaN twice where none is."""
     values = values[np.isfinite(values)]
@@ -235,8 +240,7 @@ def estimate(name: str, table: Tally, groups: Sequence[str], *, resamples: int, 
     low = high = None
     if value is not None and len(labels) >= LEAST_EPISODES:
         member = np.array([[label == group for group in groups] for label in labels], np.float64)
-        chosen = np.random.default_rng(seed).integers(0, len(labels), (resamples, len(labels)))
-        drawn = weights_of(chosen, len(labels))
+        drawn = weights_of(resampled(len(labels), resamples, np.random.default_rng(seed)), len(labels))
         with np.errstate(invalid="ignore"):
             found = COMPUTE[name](table, drawn @ member)
         if np.isnan(found).mean() <= MOST_UNDEFINED:
