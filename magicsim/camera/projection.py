@@ -31,11 +31,17 @@ def horizontal_fov_deg(design: ElastomerDesign, lens: Lens, camera: Camera) -> f
 
     Solved by bisection on the monotone map from slope to landing point (Snell's law at the lens face).
     """
+    depth_mm = design.height_mm + lens.thickness_mm
+    return _fov_deg(depth_mm, design.materials.body.ior, camera.distance_mm, camera.field_mm)
+
+
+@lru_cache(maxsize=64)
+def _fov_deg(depth_mm: float, ior: float, distance_mm: float, field_mm: float) -> float:
     low, high = 0.0, 100.0
     for _ in range(100):
         middle = (low + high) / 2
-        reach = float(landing_mm(np.array([[middle, 0.0]]), design, lens, camera)[0, 0])
-        low, high = (middle, high) if reach < camera.field_mm / 2 else (low, middle)
+        reach = float(_landed_mm(np.array([[middle, 0.0]]), depth_mm, ior, distance_mm)[0, 0])
+        low, high = (middle, high) if reach < field_mm / 2 else (low, middle)
     return float(2 * np.degrees(np.arctan(high)))
 
 
@@ -62,12 +68,16 @@ def landing_mm(
 
     Slopes are directions in air from the pinhole, right and down per unit along the axis, shape (..., 2).
     """
+    depth_mm = design.height_mm + lens.thickness_mm - z_mm
+    return _landed_mm(slopes, depth_mm, design.materials.body.ior, camera.distance_mm)
+
+
+def _landed_mm(slopes: Array, depth_mm: float | Array, ior: float, distance_mm: float) -> Array:
     x_slope, y_slope = slopes[..., 0], -slopes[..., 1]
-    depth = design.height_mm + lens.thickness_mm - z_mm
     squared = x_slope**2 + y_slope**2
-    sine = np.sqrt(squared / (1 + squared)) / design.materials.body.ior
+    sine = np.sqrt(squared / (1 + squared)) / ior
     ratio = sine / np.sqrt(1 - sine**2) / np.maximum(np.sqrt(squared), 1e-30)
-    reach = camera.distance_mm + depth * ratio
+    reach = distance_mm + depth_mm * ratio
     return np.stack([x_slope * reach, y_slope * reach], -1)
 
 
@@ -121,6 +131,10 @@ def pixel_landing_mm(design: ElastomerDesign, lens: Lens, camera: Camera, *, z_m
     x and y in the sensor's frame, of the pixels that are read out, shape (rows, columns, 2) [mm].
     """
     slopes = camera.window.of(pixel_slopes(camera, focal_px(design, lens, camera)))
+    return _plane_landing_mm(slopes, design, lens, camera, z_mm)
+
+
+def _plane_landing_mm(slopes: Array, design: ElastomerDesign, lens: Lens, camera: Camera, z_mm: float) -> Array:
     if z_mm == 0:
         return face_landing_mm(slopes, design, lens, camera)
     return landing_mm(slopes, design, lens, camera, z_mm=z_mm)
@@ -230,6 +244,7 @@ def calibrate_camera(design: ElastomerDesign, rig: HasCamera) -> CameraCalibrati
     matrix = camera_matrix(camera, focal)
     matrix[:2, 2] -= [window.column, window.row]
     face = design.height_mm + lens.thickness_mm
+    slopes = window.of(pixel_slopes(camera, focal))
     return CameraCalibration(
         image_size=(window.columns, window.rows),
         camera_matrix=tuple(tuple(row) for row in matrix.tolist()),
@@ -237,7 +252,7 @@ def calibrate_camera(design: ElastomerDesign, rig: HasCamera) -> CameraCalibrati
         pinhole_z_mm=face + camera.distance_mm,
         lens_face_z_mm=face,
         ior=design.materials.body.ior,
-        layers=tuple(_layer(name, z, design, lens, camera) for name, z in _planes(design)),
+        layers=tuple(_layer(name, z, slopes, design, lens, camera) for name, z in _planes(design)),
     )
 
 
@@ -248,18 +263,22 @@ def _planes(design: ElastomerDesign) -> list[tuple[str, float]]:
     return [("contact face", 0.0), *between, ("bonded face", design.height_mm)]
 
 
-def _layer(name: str, z_mm: float, design: ElastomerDesign, lens: Lens, camera: Camera) -> LayerScale:
-    landing = pixel_landing_mm(design, lens, camera, z_mm=z_mm)
-    across = np.linalg.norm(np.diff(landing, axis=1), axis=2)
-    down = np.linalg.norm(np.diff(landing, axis=0), axis=2)
-    row, column = np.unravel_index(np.linalg.norm(landing, axis=2).argmin(), landing.shape[:2])
-    middle_row, middle_column = landing[landing.shape[0] // 2], landing[:, landing.shape[1] // 2]
+def _layer(
+    name: str, z_mm: float, slopes: Array, design: ElastomerDesign, lens: Lens, camera: Camera
+) -> LayerScale:  # fmt: skip
+    row, column = np.unravel_index(np.square(slopes).sum(2).argmin(), slopes.shape[:2])
+    rows, columns = (0, row, slopes.shape[0] // 2), (0, column, slopes.shape[1] // 2)
+    along = _plane_landing_mm(slopes[rows, :], design, lens, camera, z_mm)
+    beside = _plane_landing_mm(slopes[:, columns], design, lens, camera, z_mm)
+    across = np.linalg.norm(np.diff(along, axis=1), axis=2)
+    down = np.linalg.norm(np.diff(beside, axis=0), axis=2)
+    middle_row, middle_column = along[2], beside[:, 2]
     return LayerScale(
         name=name,
         z_mm=z_mm,
         mm_per_pixel=(
-            float(across[row, min(int(column), across.shape[1] - 1)]),
-            float(down[min(int(row), down.shape[0] - 1), column]),
+            float(across[1, min(int(column), across.shape[1] - 1)]),
+            float(down[min(int(row), len(down) - 1), 1]),
         ),
         mm_per_pixel_corner=(float(across[0, 0]), float(down[0, 0])),
         field_mm=(

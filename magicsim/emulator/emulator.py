@@ -38,7 +38,7 @@ class Emulator:
 
     @classmethod
     def of(
-        cls, model: TouchModel, design: ElastomerDesign, rig: Rig, nodes_mm: Array, image: FloatImage
+        cls, model: TouchModel, design: ElastomerDesign, rig: Rig, image: FloatImage, fields: Callable[[], FieldMaker]
     ) -> Self | str:  # fmt: skip
         """For a sensor, or why its untouched image is none that the model knows.
 
@@ -46,8 +46,8 @@ class Emulator:
             model: See `known_model`.
             design: The block.
             rig: What surrounds it.
-            nodes_mm: Nodes of the design's lattice, shape (nodes, 3) [mm].
             image: Radiance of the untouched sensor, shape (rows, columns, 3).
+            fields: Gives what makes its fields.
         """
         if image.shape[0] % 2 or image.shape[1] % 2:
             return f"a picture of {image.shape[1]} x {image.shape[0]} pixels is odd, and none that a model knows"
@@ -56,7 +56,7 @@ class Emulator:
             and (off := _difference(coarse(image), model.rest)) > SAME_REST
         ):
             return f"the untouched image differs by {off:.1%} from the one that its model was made with, by other code"
-        return cls(model=model, fields=FieldMaker.of(design, rig, nodes_mm, image))
+        return cls(model=model, fields=fields())
 
     def refusal(self, state: FrameState) -> str | None:
         """Why a touch is none that the model knows; None where it is."""

@@ -29,6 +29,13 @@ class Indenter:
         distance, normal = self.shape.distance(self.pose.to_object(points))
         return distance, normal @ self.pose.rotation.T
 
+    def box_mm(self) -> tuple[Array, Array]:
+        """Lowest and highest coordinates of the object in the sensor's frame, shapes (3,) [mm]."""
+        low, high = (
+            np.array([sign * self.shape.support_mm(sign * axis) for axis in self.pose.rotation]) for sign in (-1, 1)
+        )
+        return self.pose.position_mm + low, self.pose.position_mm + high
+
     def top_mm(self) -> float:
         """Height of the object's highest point [mm]; negative below the undeformed contact face."""
         return float(self.pose.position_mm[2]) + self.shape.support_mm(self.pose.rotation[2])

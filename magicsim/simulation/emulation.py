@@ -12,6 +12,7 @@ from magicsim.camera.exposure import meter
 from magicsim.camera.projection import pixel_landing_mm
 from magicsim.deform.deformation import Deformation, Displacement
 from magicsim.emulator.emulator import EMULATED, OFF, Emulator, compared, known_model
+from magicsim.emulator.fields import FieldMaker
 from magicsim.errors import ConfigError, RenderError
 from magicsim.light.frame.frame_light import LIFTED_MM
 from magicsim.light.near.near_views import NearViews
@@ -86,7 +87,13 @@ class Emulation:
         if isinstance(model, str):
             return model
         image = sensor.radiance(UNTOUCHED, sensor.rest)
-        return Emulator.of(model, sensor.design, sensor.rig, sensor.printed.nodes_mm, image)
+
+        def fields() -> FieldMaker:
+            return FieldMaker.of(sensor.design, sensor.rig, sensor.printed.nodes_mm, image)
+
+        return Emulator.of(
+            model, sensor.design, sensor.rig, image, lambda: sensor.renderer.of_sensor("fields", fields)
+        )  # fmt: skip
 
     def _is_checked(self, seed: int, state: FrameState) -> bool:
         """Drawn by the frame itself, so that it does not depend on who renders it when."""

@@ -193,11 +193,11 @@ def _normal_gradient(surface: Surface, points: Array, normal: Array) -> Array:
     helper = np.where(np.abs(normal[:, :1]) < AXIS_LIMIT, np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 1.0, 0.0]]))
     first = np.cross(normal, helper)
     first /= np.linalg.norm(first, axis=1)[:, None]
-    gradient = np.zeros((len(points), 3, 3))
-    for tangent in (first, np.cross(normal, first)):
-        ahead, behind = (surface(points + step * tangent)[1] for step in (CURVATURE_STEP_MM, -CURVATURE_STEP_MM))
-        change = (ahead - behind) / (2 * CURVATURE_STEP_MM)
-        gradient += change[:, :, None] * tangent[:, None, :]
+    tangents = np.stack([first, np.cross(normal, first)])
+    steps = CURVATURE_STEP_MM * np.stack([tangents, -tangents], 1)
+    ahead, behind = surface((points + steps).reshape(-1, 3))[1].reshape(2, 2, -1, 3).swapaxes(0, 1)
+    change = (ahead - behind) / (2 * CURVATURE_STEP_MM)
+    gradient = (change[..., None] * tangents[..., None, :]).sum(0)
     projector = np.eye(3) - normal[:, :, None] * normal[:, None, :]
     gradient = projector @ gradient
     return np.asarray((gradient + gradient.transpose(0, 2, 1)) / 2)

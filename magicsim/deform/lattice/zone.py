@@ -76,8 +76,10 @@ def contact_zone(indenters: Iterable[Indenter], design: ElastomerDesign) -> Zone
     touched, feature, indenters = np.zeros(len(face), bool), np.inf, tuple(indenters)
     for indenter in indenters:
         feature = min(feature, indenter.shape.feature_mm)
+        low, high = (side[:2] for side in indenter.box_mm())
+        below = ((face[:, :2] > low - SAMPLE_MM) & (face[:, :2] < high + SAMPLE_MM)).all(axis=1)
         for level in indenter.levels_mm():
-            near = np.flatnonzero(~touched)
+            near = np.flatnonzero(below & ~touched)
             distance = indenter.distance(face[near] + np.array([0.0, 0.0, level]))[0]
             touched[near[distance < SAMPLE_MM - ROUNDING_MM]] = True
     if not touched.any():

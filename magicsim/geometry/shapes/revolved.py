@@ -8,6 +8,7 @@ The rigid tool of a Shore A durometer (ASTM D2240, type A) is a truncated cone a
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import manifold3d
 import numpy as np
@@ -49,23 +50,21 @@ class ConvexProfile:
 
     def distance(self, places: Array) -> tuple[Array, Array]:
         """Signed distance [mm] and outward unit normal, exact on both sides, of radius and height, (count, 2)."""
-        best = np.full(len(places), np.inf)
-        normal = np.zeros_like(places)
-        start = -90.0
+        best, normal, start = np.full(len(places), np.inf), np.zeros_like(places), -90.0
         for arc in self.arcs:
             offset = places - (arc.radial_mm, arc.axial_mm)
-            length = np.linalg.norm(offset, axis=1)
+            length = np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2)
             angle = np.degrees(np.arctan2(offset[:, 1], offset[:, 0]))
             signed = np.where((angle >= start) & (angle <= arc.end_deg), length - arc.radius_mm, np.inf)
             _keep_nearer(best, normal, signed, offset / np.maximum(length, SHORT_MM)[:, None])
             start = arc.end_deg
-        for first, last, outward in self._segments():
+        for first, last, outward in _segments(self):
             along = np.array([-outward[1], outward[0]])
             offset = places - first
             foot = np.clip(offset @ along, 0, np.linalg.norm(last - first))
-            beside = np.linalg.norm(offset - foot[:, None] * along, axis=1)
-            signed = np.copysign(beside, offset @ outward)
-            _keep_nearer(best, normal, signed, np.broadcast_to(outward, places.shape))
+            beside = offset - foot[:, None] * along
+            signed = np.copysign(np.sqrt(beside[:, 0] ** 2 + beside[:, 1] ** 2), offset @ outward)
+            _keep_nearer(best, normal, signed, outward)
         return best, normal
 
     def support_mm(self, radial: float, axial: float) -> float:
@@ -88,24 +87,26 @@ class ConvexProfile:
         low, high = inner[[0, -1]] * [0, 1]
         return np.concatenate([low[None], inner[inner[:, 0] > SHORT_MM], high[None]])
 
-    def _segments(self) -> list[tuple[Array, Array, Array]]:
-        """Start, end and outward normal of the straight pieces."""
-        starts = np.radians([-90.0, *(arc.end_deg for arc in self.arcs)])
-        normals = np.stack([np.cos(starts), np.sin(starts)], axis=1)
-        centres = np.array([[arc.radial_mm, arc.axial_mm] for arc in self.arcs])
-        radii = np.array([[arc.radius_mm] for arc in self.arcs])
-        enters, leaves = centres + radii * normals[:-1], centres + radii * normals[1:]
-        firsts = np.concatenate([enters[:1] * [0, 1], leaves])
-        lasts = np.concatenate([enters, leaves[-1:] * [0, 1]])
-        pieces = zip(firsts, lasts, normals, strict=True)
-        return [(a, b, normal) for a, b, normal in pieces if np.linalg.norm(b - a) > SHORT_MM]
+
+@lru_cache(maxsize=64)
+def _segments(profile: ConvexProfile) -> list[tuple[Array, Array, Array]]:
+    """Start, end and outward normal of the straight pieces."""
+    starts = np.radians([-90.0, *(arc.end_deg for arc in profile.arcs)])
+    normals = np.stack([np.cos(starts), np.sin(starts)], axis=1)
+    centres = np.array([[arc.radial_mm, arc.axial_mm] for arc in profile.arcs])
+    radii = np.array([[arc.radius_mm] for arc in profile.arcs])
+    enters, leaves = centres + radii * normals[:-1], centres + radii * normals[1:]
+    firsts = np.concatenate([enters[:1] * [0, 1], leaves])
+    lasts = np.concatenate([enters, leaves[-1:] * [0, 1]])
+    pieces = zip(firsts, lasts, normals, strict=True)
+    return [(a, b, normal) for a, b, normal in pieces if np.linalg.norm(b - a) > SHORT_MM]
 
 
 def _keep_nearer(best: Array, normal: Array, signed: Array, candidate: Array) -> None:
     """Replaces, in place, what a piece of smaller unsigned distance beats."""
     nearer = np.abs(signed) < np.abs(best)
-    best[nearer] = signed[nearer]
-    normal[nearer] = candidate[nearer]
+    np.copyto(best, signed, where=nearer)
+    np.copyto(normal, candidate, where=nearer[:, None])
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,16 +4,17 @@ A diffuse surface sends out reflectance * irradiance / pi in every direction. Tr
 finds the LEDs only by rare chance, which shows as single glaring pixels.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 import scipy.sparse as sp
-from scipy.spatial import cKDTree
 
-from magicsim.arrays import Array, Mask
+from magicsim.arrays import Array, Index, Mask
 from magicsim.geometry.mesh import SurfaceMesh
+from magicsim.kernels import kernel
 
 SMOOTHING_MM = 0.7
 """Standard deviation of the kernel that spreads deposits over neighbouring triangles [mm]: irradiance under a
@@ -30,6 +31,8 @@ FACING = 0.5
 PATCH = 0.5
 """Edge of the voxels in which triangles that face alike are taken together, in standard deviations of the kernel, which
 it widens by 1 %."""
+MOST_BOXES = 64
+"""Most boxes along an axis in which patches are looked for."""
 KEPT = 8
 """Kernels that are kept: episodes press objects of the same shape."""
 
@@ -38,10 +41,9 @@ KEPT = 8
 class IrradianceKernel:
     """How deposits on triangles become a smooth irradiance; depends on the rigid shape only."""
 
-    patches: sp.csr_matrix
-    """Which triangles make up a patch, shape (patches, triangles)."""
-    weights: sp.csr_matrix
-    """Kernel between triangles and patches, shape (triangles, patches)."""
+    parts: tuple[tuple[sp.csr_matrix, sp.csr_matrix], ...]
+    """For each width which triangles make up a patch, shape (patches, triangles), and the kernel between triangles and
+    patches, shape (triangles, patches)."""
     areas_mm2: Array
     """Areas of the triangles, shape (triangles,) [mm2]."""
 
@@ -59,7 +61,7 @@ class IrradianceKernel:
         for side in (wetted, ~wetted):
             if side.any():
                 values = np.concatenate([flux, areas_mm2[:, None]], 1) * side[:, None]
-                spread = self.weights @ (self.patches @ values)
+                spread = sum(weights @ (patches @ values) for patches, weights in self.parts)
                 known = side & (spread[:, -1] > 0)
                 result[known] = spread[known, :-1] / spread[known, -1:]
         return result
@@ -80,15 +82,8 @@ def blended_kernel(mesh: SurfaceMesh, away_mm: Array) -> IrradianceKernel:
 
 @lru_cache(KEPT)
 def _blended(vertices: bytes, faces: bytes, away_mm: bytes) -> IrradianceKernel:
-    found = [
-        (_kernel(vertices, faces, (share > 0).tobytes(), SMOOTHING_MM * 2**level), share / 4.0**level)
-        for level, share in _levels(np.frombuffer(away_mm))
-    ]
-    return IrradianceKernel(
-        patches=sp.csr_matrix(sp.vstack([each.patches for each, _ in found])),
-        weights=sp.csr_matrix(sp.hstack([sp.diags(share) @ each.weights for each, share in found])),
-        areas_mm2=found[0][0].areas_mm2,
-    )  # fmt: skip
+    shares = {SMOOTHING_MM * 2**level: share / 4.0**level for level, share in _levels(np.frombuffer(away_mm))}
+    return _kernel(np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, np.int32).reshape(-1, 3), shares)
 
 
 def _levels(away_mm: Array) -> Iterator[tuple[int, Array]]:
@@ -104,38 +99,84 @@ def _levels(away_mm: Array) -> Iterator[tuple[int, Array]]:
 
 def irradiance_kernel(mesh: SurfaceMesh, width_mm: float = SMOOTHING_MM) -> IrradianceKernel:
     """Gaussian kernel between triangles and patches of a mesh that lie close and face alike."""
-    every = np.ones(len(mesh.faces), bool).tobytes()
-    return _kernel(mesh.vertices.tobytes(), mesh.faces.tobytes(), every, width_mm)
+    return _kernel(mesh.vertices, mesh.faces, {width_mm: np.ones(len(mesh.faces))})
 
 
-@lru_cache(KEPT)
-def _kernel(vertices: bytes, faces: bytes, wanted: bytes, width_mm: float) -> IrradianceKernel:
-    rows = np.flatnonzero(np.frombuffer(wanted, bool))
-    corners = np.frombuffer(vertices).reshape(-1, 3)[np.frombuffer(faces, np.int32).reshape(-1, 3)]
+def _kernel(vertices: Array, faces: npt.NDArray[np.int32], shares: Mapping[float, Array]) -> IrradianceKernel:
+    """Sum of kernels of some widths [mm], each by its share at every triangle, shape (triangles,)."""
+    corners = vertices[faces]
     centres = corners.mean(1)
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    double_area = np.linalg.norm(cross, axis=1)
-    patches = _patches(centres, cross, PATCH * width_mm)
-    directions = _unit(patches @ cross)
-    shares = patches @ np.maximum(double_area, 1e-30)
-    places = (patches @ (centres * np.maximum(double_area, 1e-30)[:, None])) / shares[:, None]
-    near = cKDTree(centres[rows]).sparse_distance_matrix(cKDTree(places), REACH * width_mm, output_type="coo_matrix")
-    row = rows[near.row]
-    facing = np.einsum("ij,ij->i", _unit(cross)[row], directions[near.col]) > FACING
-    values = np.exp(-(near.data**2) / (2 * width_mm**2)) * facing
-    # Every triangle is part of its own patch, also where that lies out of reach.
-    weights = sp.csr_matrix((values, (row, near.col)), shape=patches.T.shape) + 1e-9 * patches.T.tocsr()
-    return IrradianceKernel(patches=patches, weights=sp.csr_matrix(weights), areas_mm2=double_area / 2)
+    areas = np.maximum(np.linalg.norm(cross, axis=1), 1e-30)
+    parts = []
+    for width_mm, share in shares.items():
+        patches = _patches(centres, cross, PATCH * width_mm)
+        places = (patches @ (centres * areas[:, None])) / (patches @ areas)[:, None]
+        order, runs = _boxes(places, centres, REACH * width_mm)
+        own, directions = patches.tocsc().indices, _unit(patches @ cross)
+        found = _near(centres, cross / areas[:, None], share, own, places, directions, order, runs, width_mm)
+        parts.append((patches, sp.csr_matrix(found, (len(centres), len(places)))))
+    return IrradianceKernel(parts=tuple(parts), areas_mm2=areas / 2)
+
+
+def _boxes(places: Array, centres: Array, reach_mm: float) -> tuple[Index, Index]:
+    """Places sorted into boxes, and the nine runs of them in which what is near each centre lies, (centres, 9, 2)."""
+    size, low = np.ptp(places, 0), places.min(0)
+    edge = max(reach_mm, float(size.max()) / MOST_BOXES)
+    counts = (size // edge).astype(np.int64) + 1
+    strides = np.array([counts[1] * counts[2], counts[2], 1])
+    box = ((places - low) // edge).astype(np.int64) @ strides
+    order = np.argsort(box, kind="stable")
+    begin = np.searchsorted(box[order], np.arange(counts.prod() + 1))
+    own = ((centres - low) // edge).astype(np.int64)
+    deep = (own[:, 2, None] + [-1, 2]).clip(0, counts[2])
+    runs = []
+    for beside in np.ndindex(3, 3):
+        column = own[:, :2] + beside - 1
+        is_there = ((column >= 0) & (column < counts[:2])).all(1)
+        runs.append(begin[((column @ strides[:2])[:, None] + deep) * is_there[:, None]])
+    return order, np.stack(runs, 1)
+
+
+@kernel()
+def _near(centres, normals, share, own, places, directions, order, runs, width_mm):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Values, columns and starts of rows of a kernel's matrix."""
+    most = (runs[:, :, 1] - runs[:, :, 0])[share > 0].sum() + len(centres)
+    values, columns = np.empty(most), np.empty(most, np.int32)
+    starts, count = np.zeros(len(centres) + 1, np.int32), 0
+    for row in range(len(centres)):
+        if share[row] > 0:
+            # Every triangle is part of its own patch, also where that lies out of reach or faces away.
+            mine, count = count, count + 1
+            values[mine], columns[mine] = 1e-9 * share[row], own[row]
+            for run in range(runs.shape[1]):
+                for patch in order[runs[row, run, 0] : runs[row, run, 1]]:
+                    squared, facing = 0.0, 0.0
+                    for axis in range(3):
+                        squared += (centres[row, axis] - places[patch, axis]) ** 2
+                        facing += normals[row, axis] * directions[patch, axis]
+                    if squared <= (REACH * width_mm) ** 2 and facing > FACING:
+                        value = share[row] * np.exp(-squared / (2 * width_mm**2))
+                        if patch == own[row]:
+                            values[mine] += value
+                        else:
+                            values[count], columns[count] = value, patch
+                            count += 1
+        starts[row + 1] = count
+    return values[:count].copy(), columns[:count].copy(), starts
 
 
 def _patches(centres: Array, normals: Array, edge_mm: float) -> sp.csr_matrix:
     """Triangles of one voxel whose normals have the same main direction."""
     voxels = np.floor(centres / edge_mm).astype(np.int64)
+    voxels -= voxels.min(0)
     main = np.abs(normals).argmax(1)
-    side = np.take_along_axis(normals, main[:, None], 1) > 0
-    _, patch = np.unique(np.hstack([voxels, main[:, None], side]), axis=0, return_inverse=True)
+    side = np.take_along_axis(normals, main[:, None], 1)[:, 0] > 0
+    most = voxels.max(0) + 1
+    code = ((voxels[:, 0] * most[1] + voxels[:, 1]) * most[2] + voxels[:, 2]) * 6 + 2 * main + side
+    _, patch = np.unique(code, return_inverse=True)
     count = len(centres)
-    return sp.csr_matrix((np.ones(count), (patch.ravel(), np.arange(count))), shape=(patch.max() + 1, count))
+    return sp.csr_matrix((np.ones(count), (patch, np.arange(count))), shape=(patch.max() + 1, count))
 
 
 def _unit(vectors: Array) -> Array:

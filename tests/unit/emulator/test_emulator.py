@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -135,7 +136,8 @@ def emulator_of(path, model: TouchModel, rest, *settings: str) -> Emulator | str
     known = known_model(scene.design, scene.rig, scene.object, scene.contact, scene.render)
     if isinstance(known, str):
         return known
-    return Emulator.of(known, scene.design, scene.rig, build_lattice(scene.design).nodes_mm, rest)
+    fields = partial(FieldMaker.of, scene.design, scene.rig, build_lattice(scene.design).nodes_mm, rest)
+    return Emulator.of(known, scene.design, scene.rig, rest, fields)
 
 
 @pytest.mark.parametrize(
