@@ -112,9 +112,12 @@ def _kernel(vertices: Array, faces: npt.NDArray[np.int32], shares: Mapping[float
     for width_mm, share in shares.items():
         patches = _patches(centres, cross, PATCH * width_mm)
         places = (patches @ (centres * areas[:, None])) / (patches @ areas)[:, None]
-        order, runs = _boxes(places, centres, REACH * width_mm)
+        rows = np.flatnonzero(share)
+        order, runs = _boxes(places, centres[rows], REACH * width_mm)
         own, directions = patches.tocsc().indices, _unit(patches @ cross)
-        found = _near(centres, cross / areas[:, None], share, own, places, directions, order, runs, width_mm)
+        found = _near(
+            centres, cross / areas[:, None], share, own, places, directions, rows, order, runs, width_mm
+        )  # fmt: skip
         parts.append((patches, sp.csr_matrix(found, (len(centres), len(places)))))
     return IrradianceKernel(parts=tuple(parts), areas_mm2=areas / 2)
 
@@ -128,41 +131,44 @@ def _boxes(places: Array, centres: Array, reach_mm: float) -> tuple[Index, Index
     box = ((places - low) // edge).astype(np.int64) @ strides
     order = np.argsort(box, kind="stable")
     begin = np.searchsorted(box[order], np.arange(counts.prod() + 1))
-    own = ((centres - low) // edge).astype(np.int64)
-    deep = (own[:, 2, None] + [-1, 2]).clip(0, counts[2])
-    runs = []
-    for beside in np.ndindex(3, 3):
-        column = own[:, :2] + beside - 1
-        is_there = ((column >= 0) & (column < counts[:2])).all(1)
-        runs.append(begin[((column @ strides[:2])[:, None] + deep) * is_there[:, None]])
-    return order, np.stack(runs, 1)
+    x, y, z = ((centres - low) // edge).astype(np.int64).T
+    runs = np.zeros((len(centres), 9, 2), np.int64)
+    for number, (aside, along) in enumerate(np.ndindex(3, 3)):
+        right, up = x + aside - 1, y + along - 1
+        is_there = (right >= 0) & (right < counts[0]) & (up >= 0) & (up < counts[1])
+        column = right * strides[0] + up * strides[1]
+        for end, deep in enumerate((z - 1, z + 2)):
+            runs[:, number, end] = begin[(column + deep.clip(0, counts[2])) * is_there]
+    return order, runs
 
 
 @kernel()
-def _near(centres, normals, share, own, places, directions, order, runs, width_mm):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
-    """Values, columns and starts of rows of a kernel's matrix."""
-    most = (runs[:, :, 1] - runs[:, :, 0])[share > 0].sum() + len(centres)
-    values, columns = np.empty(most), np.empty(most, np.int32)
-    starts, count = np.zeros(len(centres) + 1, np.int32), 0
-    for row in range(len(centres)):
-        if share[row] > 0:
-            # Every triangle is part of its own patch, also where that lies out of reach or faces away.
-            mine, count = count, count + 1
-            values[mine], columns[mine] = 1e-9 * share[row], own[row]
-            for run in range(runs.shape[1]):
-                for patch in order[runs[row, run, 0] : runs[row, run, 1]]:
-                    squared, facing = 0.0, 0.0
-                    for axis in range(3):
-                        squared += (centres[row, axis] - places[patch, axis]) ** 2
-                        facing += normals[row, axis] * directions[patch, axis]
-                    if squared <= (REACH * width_mm) ** 2 and facing > FACING:
-                        value = share[row] * np.exp(-squared / (2 * width_mm**2))
-                        if patch == own[row]:
-                            values[mine] += value
-                        else:
-                            values[count], columns[count] = value, patch
-                            count += 1
-        starts[row + 1] = count
+def _near(centres, normals, share, own, places, directions, rows, order, runs, width_mm):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Values, columns and starts of rows of a kernel's matrix, of which `rows` hold something."""
+    most = (runs[:, :, 1] - runs[:, :, 0]).sum() + len(rows)
+    values, columns, lengths = np.empty(most), np.empty(most, np.int32), np.zeros(len(centres), np.int32)
+    count = 0
+    for index, row in enumerate(rows):
+        # Every triangle is part of its own patch, also where that lies out of reach or faces away.
+        mine, count = count, count + 1
+        values[mine], columns[mine] = 1e-9 * share[row], own[row]
+        for run in range(runs.shape[1]):
+            for number in range(runs[index, run, 0], runs[index, run, 1]):
+                patch = order[number]
+                squared, facing = 0.0, 0.0
+                for axis in range(3):
+                    squared += (centres[row, axis] - places[patch, axis]) ** 2
+                    facing += normals[row, axis] * directions[patch, axis]
+                if squared <= (REACH * width_mm) ** 2 and facing > FACING:
+                    value = share[row] * np.exp(-squared / (2 * width_mm**2))
+                    if patch == own[row]:
+                        values[mine] += value
+                    else:
+                        values[count], columns[count] = value, patch
+                        count += 1
+        lengths[row] = count - mine
+    starts = np.zeros(len(centres) + 1, np.int32)
+    starts[1:] = np.cumsum(lengths)
     return values[:count].copy(), columns[:count].copy(), starts
 
 
