@@ -7,7 +7,6 @@ from functools import cached_property, partial
 from typing import Self
 
 import numpy as np
-import scipy.sparse as sp
 
 from magicsim.arrays import Array, FloatImage, Mask, Numbers
 from magicsim.geometry.mesh import SurfaceMesh
@@ -52,7 +51,6 @@ class Renderer(RestRenderer):
     leaves_out_noise = True
     """Whether changes of light and image are weighed by what is noise in them; otherwise all of them counts: right in
     the mean of many frames, as what is trained on them needs it."""
-    _reaches: list[sp.csr_matrix] | None = None
     _before: tuple[Array | None, float | None, Before] | None = None
     _passing: PassingLight | None = None
 
@@ -330,18 +328,14 @@ class Renderer(RestRenderer):
         paths = self.control().paths
         regions = paths.regions
         assert regions is not None
-        if self._reaches is None:
-            meshes = (self.elastomer.body, self.elastomer.infill)
-            self._reaches = [regions.reach(mesh.vertices, mesh.faces) for mesh in meshes if mesh is not None]
-        moved = np.zeros(self._reaches[0].shape[0], bool)
-        meshes_now = ((self.elastomer.body, view.body), (self.elastomer.infill, view.infill))
-        for reach, (mesh, now) in zip(self._reaches, meshes_now, strict=False):
+        moved = np.zeros(int(np.prod(regions.counts)), bool)
+        for mesh, now in ((self.elastomer.body, view.body), (self.elastomer.infill, view.infill)):
             if mesh is not None and now is not None:
                 far = np.linalg.norm(now - mesh.vertices, axis=1) > self.settings.reuse_mm
-                moved |= reach @ far.astype(np.float32) > 0
+                moved |= regions.reached(mesh.vertices, mesh.faces[far[mesh.faces].any(1)])
         contact = self.contact(placed)
         if contact is not None:
-            moved |= regions.reach(contact.vertices, contact.faces).sum(1).A1 > 0
+            moved |= regions.reached(contact.vertices, contact.faces)
         return paths.meet(regions.bits(moved), pixels)
 
     def within_reach(self, view: View) -> View:

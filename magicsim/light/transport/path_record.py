@@ -1,12 +1,10 @@
 """What camera paths through the undeformed block pass, taken down while they are traced."""
 
 from dataclasses import dataclass
-from itertools import product
 from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
-import scipy.sparse as sp
 
 from magicsim.arrays import Array, Index, Mask
 from magicsim.light.backend import box_number, copied, dr, mi
@@ -54,21 +52,16 @@ class Regions:
         """Number of the box of each point, mi.UInt32."""
         return box_number(point, self.origin_mm, 3 * (self.edge_mm,), self.counts)
 
-    def reach(self, vertices: Array, faces: npt.NDArray[np.int32]) -> sp.csr_matrix:
-        """Which boxes the triangles of each vertex reach at rest, shape (boxes, vertices)."""
-        corners, shape = vertices[faces], (int(np.prod(self.counts)), len(vertices))
+    def reached(self, vertices: Array, faces: npt.NDArray[np.int32]) -> Mask:
+        """Which boxes some triangles reach at rest, shape (boxes,)."""
+        corners, found = vertices[faces], np.zeros(int(np.prod(self.counts)), bool)
         low, high = (self._places(end) for end in (corners.min(1), corners.max(1)))
-        boxes, owners = [], []
-        for step in product(range(2), repeat=3):
-            boxes.append(self._number(np.minimum(low + step, high)))
-            owners.append(np.arange(len(faces)))
-        for triangle in np.flatnonzero((high - low > 1).any(1)):
-            inner = [np.arange(a, b + 1) for a, b in zip(low[triangle], high[triangle], strict=True)]
-            found = self._number(np.stack(np.meshgrid(*inner), -1).reshape(-1, 3))
-            boxes.append(found)
-            owners.append(np.full(len(found), triangle))
-        box, corner = np.repeat(np.concatenate(boxes), 3), faces[np.concatenate(owners)].ravel()
-        return sp.csr_matrix((np.ones(len(box), np.float32), (box, corner)), shape=shape)
+        is_long = (high - low > 1).any(1)
+        for chosen in (~is_long, is_long):
+            first, last = low[chosen], high[chosen]
+            for step in np.ndindex(*((last - first).max(0, initial=0) + 1)):
+                found[self._number(np.minimum(first + step, last))] = True
+        return found
 
     def bits(self, chosen: Mask) -> Bits:
         """Some boxes, shape (boxes,), as one bit each, shape (words,)."""

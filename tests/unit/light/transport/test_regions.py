@@ -29,8 +29,7 @@ def test_boxes_grow_until_memory_holds_them():
 
 
 def test_a_small_triangle_reaches_its_box_and_a_long_one_all_along_it(regions):
-    reach = regions.reach(VERTICES, FACES)
-    of_small, of_long = (set(np.flatnonzero(reach[:, corner].toarray())) for corner in (0, 4))
+    of_small, of_long = (set(np.flatnonzero(regions.reached(VERTICES, face[None]))) for face in FACES)
     assert of_small == {0}
     assert of_long == {16 + 4 + column for column in range(4)}  # third layer, second row
 
@@ -47,5 +46,5 @@ def test_a_path_finds_the_box_that_a_mesh_reaches(regions):
     points = np.random.default_rng(1).uniform(LOW, HIGH, (200, 3))
     found = np.array(regions.index(mi.Point3f(*points.T.astype(np.float32))))
     small = np.repeat(points, 3, axis=0) + np.tile([[0, 0, 0], [1e-6, 0, 0], [0, 1e-6, 0]], (200, 1))
-    reach = regions.reach(small, np.arange(600, dtype=np.int32).reshape(-1, 3))
-    assert all(reach[box, 3 * number] for number, box in enumerate(found))
+    faces = np.arange(600, dtype=np.int32).reshape(-1, 1, 3)
+    assert all(regions.reached(small, face)[box] for box, face in zip(found, faces, strict=True))
