@@ -286,6 +286,8 @@ def _episode(recipe: Recipe, index: int, sensor: DrawnSensor, parts: list[Array]
     seen = {name: note(name, number) for name, number in _camera(recipe).items()}
     rig["camera"] = recipe.camera.placed(rig["camera"], seen)
     friction = drawn["friction"] if isinstance(path, TouchPath) else 0.0
+    # The noise of an untouched image stands still in all frames of a unit: units that differ do not share it.
+    anchor = recipe.render.anchor_seed + (sensor.index if differing_units(recipe, 2) > 1 else 0)
     scene = {
         "schema_version": 1,
         "design": sensor.design,
@@ -295,7 +297,7 @@ def _episode(recipe: Recipe, index: int, sensor: DrawnSensor, parts: list[Array]
         "frames_per_second": recipe.frames_per_second,
         "object": indenter,
         "contact": recipe.contact.model_dump() | {"friction": friction},
-        "render": recipe.render,
+        "render": recipe.render.model_copy(update={"anchor_seed": anchor}),
         "output": OutputSettings(**recipe.labels.model_dump(), preview=False, report=False),
         "keyframes": path.keyframes(drawn),
     }

@@ -438,6 +438,11 @@ def test_units_that_differ_in_nothing_are_one():
         recipe = recipe_with(**changes)
         units = [untouched_key(each.design, each.rig, recipe.render) for each in draw_sensors(recipe, 5)]
         assert differing_units(recipe, 5) == len(set(units))
+        # Those that differ do not share the noise of an untouched image, which stands still in all frames of one.
+        scenes = [
+            each.scene for each in draw_episodes(recipe.model_copy(update={"episodes": 5, "episodes_per_sensor": 1}))
+        ]
+        assert len({each.render.anchor_seed for each in scenes}) == len(set(units))
         return set(units)
 
     assert len(keys(tolerances={})) == 1
