@@ -27,6 +27,17 @@ def test_highest_vertex_of_the_placed_mesh_is_at_minus_the_gap(text: str):
     assert top == pytest.approx(-0.7, abs=5e-3)
 
 
+@pytest.mark.parametrize(
+    "text", ["box:size_mm=3x5x4,roll_deg=20,yaw_deg=30", "domed_cylinder:radius_mm=2,pitch_deg=40"]
+)
+def test_box_of_the_placed_object_is_that_of_its_mesh(text: str):
+    placed = place_object(parse_object(text), gap_mm=-0.4, x_mm=1.5, y_mm=-2.0)
+    vertices = placed.pose.to_sensor(placed.shape.mesh().vertices)
+    low, high = placed.box_mm()
+    np.testing.assert_allclose([low, high], [vertices.min(0), vertices.max(0)], atol=2e-3)
+    assert high[2] == pytest.approx(placed.top_mm(), abs=1e-12)
+
+
 def test_twist_adds_to_the_yaw_of_the_object():
     turned = place_object(parse_object("box:size_mm=2x3x4,yaw_deg=20,roll_deg=50"), gap_mm=1.0, twist_deg=30.0)
     same = place_object(parse_object("box:size_mm=2x3x4,yaw_deg=50,roll_deg=50"), gap_mm=1.0)

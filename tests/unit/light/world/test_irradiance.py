@@ -7,6 +7,8 @@ import pytest
 from magicsim.geometry.mesh import from_manifold
 from magicsim.light.world.irradiance import (
     DOUBLINGS,
+    FACING,
+    REACH,
     SMOOTHING_MM,
     WIDE_FROM_MM,
     WIDENING_MM,
@@ -27,7 +29,7 @@ def nothing(mesh):
 
 @pytest.fixture(scope="module")
 def box():
-    return from_manifold(manifold3d.Manifold.cube((6, 6, 6), True).refine_to_length(0.25))
+    return from_manifold(manifold3d.Manifold.cube((6, 6, 6), True).refine_to_length(0.5))
 
 
 def test_even_light_stays_even(box):
@@ -48,6 +50,19 @@ def test_a_spot_spreads_as_a_gaussian_and_keeps_its_flux():
     spread = np.sqrt((flux * (centres[:, 0] - centres[middle, 0]) ** 2).sum() / flux.sum())
     # A Gaussian cut off at two standard deviations is 0.83 as wide.
     assert spread == pytest.approx(0.83 * SMOOTHING_MM, rel=0.05)
+
+
+@pytest.mark.parametrize("width_mm", [SMOOTHING_MM, 8 * SMOOTHING_MM])
+def test_every_patch_within_reach_that_faces_alike_counts_by_its_distance(box, width_mm):
+    ((patches, weights),) = irradiance_kernel(box, width_mm).parts
+    centres = box.vertices[box.faces].mean(1)
+    cross = np.cross(*(box.vertices[box.faces[:, corner]] - box.vertices[box.faces[:, 0]] for corner in (1, 2)))
+    area = np.linalg.norm(cross, axis=1)
+    places = (patches @ (centres * area[:, None])) / (patches @ area)[:, None]
+    facing = cross @ (patches @ cross).T > FACING * np.outer(area, np.linalg.norm(patches @ cross, axis=1))
+    away = np.linalg.norm(centres[:, None] - places, axis=2)
+    expected = np.where(facing & (away <= REACH * width_mm), np.exp(-(away**2) / (2 * width_mm**2)), 0)
+    np.testing.assert_allclose(weights.toarray(), expected, atol=1e-8)
 
 
 def test_light_does_not_leak_around_an_edge(box):
