@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 
 def estimate(
-    model: Path, source: Path, *,
+    model: Annotated[Path, Parameter(help="File, or the name of a model that comes along: localisation.")],
+    source: Path, *,
     reference: Annotated[Path | None, Parameter(help="Frames of the untouched sensor.")] = None,
     frames: Annotated[int | None, Parameter(help="Most frames to read.")] = None,
     settings: Settings = None, seed: Seed = None, json: Json = False,

@@ -14,6 +14,7 @@ from magicsim.config.models import Config, validate
 from magicsim.errors import ConfigError
 from magicsim_experiments.learn.samples import Label, Samples
 from magicsim_experiments.learn.settings import Input, LearningSettings, LongSidePx, Network
+from magicsim_experiments.presets import MODELS
 
 HEADER = "magicsim_model"
 """Key of the header's text."""
@@ -68,13 +69,17 @@ def save_model(config: ModelConfig, weights: Mapping[str, Any]) -> bytes:
 def read_model(path: Path) -> tuple[ModelConfig, bytes]:
     """What a model file's header says, and the file's whole content.
 
+    Args:
+        path: The file, or the bare name of a model that comes with the experiments.
+
     Raises:
         ConfigError: There is no such file, it is no model of magicsim, or its header says what is not allowed.
     """
+    known = {each.stem: each for each in MODELS.glob("*.safetensors")}
     try:
-        content = path.read_bytes()
+        content = (path if path.exists() else known.get(str(path), path)).read_bytes()
     except FileNotFoundError:
-        raise ConfigError(f"model file '{path}' does not exist") from None
+        raise ConfigError(f"model file '{path}' does not exist; models by name: {', '.join(sorted(known))}") from None
     except (OSError, ValueError):
         raise ConfigError(_no_model(str(path))) from None
     return parse_config(content, source=str(path)), content

@@ -108,3 +108,23 @@ def test_weights_that_do_not_fit_are_refused_by_name():
             open_network(content, config, source="m")
     with pytest.raises(ConfigError, match="unknown network 'nope'; available: resnet18, small"):
         build_network("nope", 3)
+
+
+def test_model_that_comes_along_is_found_by_its_name(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    monkeypatch.chdir(tmp_path)
+    config, content = read_model(Path("localisation"))
+    assert [f"{each.name} {each.unit}" for each in config.labels] == [
+        "p_x mm",
+        "p_y mm",
+        "p_z mm",
+        "f_x N",
+        "f_y N",
+        "f_z N",
+    ]
+    assert (config.frame_rows, config.frame_columns, config.input) == (320, 240, "difference")
+    assert len(content) < 10_000_000
+    with pytest.raises(ConfigError, match=r"'localization' does not exist; models by name: localisation$"):
+        read_model(Path("localization"))
+    (tmp_path / "localisation").write_bytes(b"mine")
+    with pytest.raises(ConfigError, match="'localisation' is not a model of magicsim"):
+        read_model(Path("localisation"))
