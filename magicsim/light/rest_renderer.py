@@ -46,8 +46,8 @@ class RestRenderer(PlainRenderer):
             return None
         film, pixels = self.film, self.film.window.numbers(self.film.columns, self.film.rows)
         shape = (film.window.rows, film.window.columns, 3)
-        return self.of_sensor(
-            "room", lambda: film.seen(room_part(self.light(View()), self.anchor(), pixels).reshape(shape))
+        return film.seen(
+            self.of_sensor("room", lambda: room_part(self.light(View()), self.anchor(), pixels).reshape(shape))
         )
 
     @plain_errors()

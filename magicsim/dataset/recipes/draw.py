@@ -125,10 +125,13 @@ def draw_episodes(recipe: Recipe) -> Drawn[DrawnEpisode]:
     objects = max((len(_varying(each.numbers())) for each in recipe.objects), default=0)
     paths = max(len(_varying(each.numbers())) for each in recipe.paths)
     points = _points(recipe, CHOICES + camera + objects + paths, EPISODES)
+    differ = differing_units(recipe, 2) > 1
     ends = np.cumsum([CHOICES, camera, objects])
     return Drawn(
         recipe.episodes,
-        lambda index: _episode(recipe, index, sensors[sensor_of(recipe, index)], np.split(points[index], ends), bounds),
+        lambda index: _episode(
+            recipe, index, sensors[sensor_of(recipe, index)], np.split(points[index], ends), bounds, differ=differ
+        ),
     )
 
 
@@ -265,7 +268,10 @@ def _sensor(recipe: Recipe, index: int, numbers: dict[str, Number], parts: list[
     )
 
 
-def _episode(recipe: Recipe, index: int, sensor: DrawnSensor, parts: list[Array], bounds: Bounds) -> DrawnEpisode:
+def _episode(
+    recipe: Recipe, index: int, sensor: DrawnSensor, parts: list[Array], bounds: Bounds, *, differ: bool
+) -> DrawnEpisode:  # fmt: skip
+    """One episode; `differ` says whether units look different at rest."""
     choices, camera, objects, paths = parts
     values = dict(sensor.values)
     source = f"episode {index}"
@@ -287,7 +293,7 @@ def _episode(recipe: Recipe, index: int, sensor: DrawnSensor, parts: list[Array]
     rig["camera"] = recipe.camera.placed(rig["camera"], seen)
     friction = drawn["friction"] if isinstance(path, TouchPath) else 0.0
     # The noise of an untouched image stands still in all frames of a unit: units that differ do not share it.
-    anchor = recipe.render.anchor_seed + (sensor.index if differing_units(recipe, 2) > 1 else 0)
+    anchor = recipe.render.anchor_seed + (sensor.index if differ else 0)
     scene = {
         "schema_version": 1,
         "design": sensor.design,

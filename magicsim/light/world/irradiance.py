@@ -4,12 +4,11 @@ A diffuse surface sends out reflectance * irradiance / pi in every direction. Tr
 finds the LEDs only by rare chance, which shows as single glaring pixels.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import numpy.typing as npt
 import scipy.sparse as sp
 
 from magicsim.arrays import Array, Index, Mask
@@ -31,6 +30,8 @@ FACING = 0.5
 PATCH = 0.5
 """Edge of the voxels in which triangles that face alike are taken together, in standard deviations of the kernel, which
 it widens by 1 %."""
+OWN = 1e-9
+"""Least weight of a triangle's own patch, also where that lies out of reach or faces away."""
 MOST_BOXES = 64
 """Most boxes along an axis in which patches are looked for."""
 KEPT = 8
@@ -77,13 +78,8 @@ def widened(gathered: Callable[[int], Array], away_mm: Array) -> Array:
 
 def blended_kernel(mesh: SurfaceMesh, away_mm: Array) -> IrradianceKernel:
     """One kernel that widens in this way, for many samples of surfaces that stay as far apart."""
-    return _blended(mesh.vertices.tobytes(), mesh.faces.tobytes(), away_mm.tobytes())
-
-
-@lru_cache(KEPT)
-def _blended(vertices: bytes, faces: bytes, away_mm: bytes) -> IrradianceKernel:
-    shares = {SMOOTHING_MM * 2**level: share / 4.0**level for level, share in _levels(np.frombuffer(away_mm))}
-    return _kernel(np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, np.int32).reshape(-1, 3), shares)
+    levels = _levels(away_mm)
+    return _kernel_of(mesh, *((SMOOTHING_MM * 2**level, share / 4.0**level) for level, share in levels))
 
 
 def _levels(away_mm: Array) -> Iterator[tuple[int, Array]]:
@@ -99,17 +95,23 @@ def _levels(away_mm: Array) -> Iterator[tuple[int, Array]]:
 
 def irradiance_kernel(mesh: SurfaceMesh, width_mm: float = SMOOTHING_MM) -> IrradianceKernel:
     """Gaussian kernel between triangles and patches of a mesh that lie close and face alike."""
-    return _kernel(mesh.vertices, mesh.faces, {width_mm: np.ones(len(mesh.faces))})
+    return _kernel_of(mesh, (width_mm, np.ones(len(mesh.faces))))
 
 
-def _kernel(vertices: Array, faces: npt.NDArray[np.int32], shares: Mapping[float, Array]) -> IrradianceKernel:
+def _kernel_of(mesh: SurfaceMesh, *shares: tuple[float, Array]) -> IrradianceKernel:
     """Sum of kernels of some widths [mm], each by its share at every triangle, shape (triangles,)."""
-    corners = vertices[faces]
+    parts = tuple((width_mm, share.tobytes()) for width_mm, share in shares)
+    return _kernel(mesh.vertices.tobytes(), mesh.faces.tobytes(), parts)
+
+
+@lru_cache(KEPT)
+def _kernel(vertices: bytes, faces: bytes, shares: tuple[tuple[float, bytes], ...]) -> IrradianceKernel:
+    corners = np.frombuffer(vertices).reshape(-1, 3)[np.frombuffer(faces, np.int32).reshape(-1, 3)]
     centres = corners.mean(1)
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    areas = np.maximum(np.linalg.norm(cross, axis=1), 1e-30)
-    parts = []
-    for width_mm, share in shares.items():
+    double_area = np.linalg.norm(cross, axis=1)
+    areas, parts = np.maximum(double_area, 1e-30), []
+    for width_mm, share in ((width_mm, np.frombuffer(each)) for width_mm, each in shares):
         patches = _patches(centres, cross, PATCH * width_mm)
         places = (patches @ (centres * areas[:, None])) / (patches @ areas)[:, None]
         rows = np.flatnonzero(share)
@@ -119,7 +121,7 @@ def _kernel(vertices: Array, faces: npt.NDArray[np.int32], shares: Mapping[float
             centres, cross / areas[:, None], share, own, places, directions, rows, order, runs, width_mm
         )  # fmt: skip
         parts.append((patches, sp.csr_matrix(found, (len(centres), len(places)))))
-    return IrradianceKernel(parts=tuple(parts), areas_mm2=areas / 2)
+    return IrradianceKernel(parts=tuple(parts), areas_mm2=double_area / 2)
 
 
 def _boxes(places: Array, centres: Array, reach_mm: float) -> tuple[Index, Index]:
@@ -149,9 +151,8 @@ def _near(centres, normals, share, own, places, directions, rows, order, runs, w
     values, columns, lengths = np.empty(most), np.empty(most, np.int32), np.zeros(len(centres), np.int32)
     count = 0
     for index, row in enumerate(rows):
-        # Every triangle is part of its own patch, also where that lies out of reach or faces away.
         mine, count = count, count + 1
-        values[mine], columns[mine] = 1e-9 * share[row], own[row]
+        values[mine], columns[mine] = OWN * share[row], own[row]
         for run in range(runs.shape[1]):
             for number in range(runs[index, run, 0], runs[index, run, 1]):
                 patch = order[number]
@@ -179,6 +180,7 @@ def _patches(centres: Array, normals: Array, edge_mm: float) -> sp.csr_matrix:
     main = np.abs(normals).argmax(1)
     side = np.take_along_axis(normals, main[:, None], 1)[:, 0] > 0
     most = voxels.max(0) + 1
+    # one number for each voxel and each of six main directions
     code = ((voxels[:, 0] * most[1] + voxels[:, 1]) * most[2] + voxels[:, 2]) * 6 + 2 * main + side
     _, patch = np.unique(code, return_inverse=True)
     count = len(centres)

@@ -130,6 +130,19 @@ def test_true_is_what_the_tier_is_where_nobody_asks(true, pressed):
     assert true.render(at(-1.0), pressed)[1].image == "traced"
 
 
+def test_fields_of_a_unit_are_made_once_but_for_a_lens_that_blurs_otherwise(fast):
+    def fields(*settings: str):
+        sensor = fast("render.outside_domain=true", *settings)
+        sensor.render(at(2.0), sensor.rest)
+        return sensor.emulation.emulator.fields, sensor.radiance(UNTOUCHED, sensor.rest)
+
+    one, _ = fields()
+    other, image = fields("rig.camera.blur_px=2.0")
+    assert fields()[0] is one
+    assert other is not one
+    np.testing.assert_array_equal(other.rest, image)
+
+
 def emulator_of(path, model: TouchModel, rest, *settings: str) -> Emulator | str:
     path.write_bytes(model.to_bytes())
     scene = small_scene(f"render.model='{path}'", *settings)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 
-from magicsim.judge.measures import ends
+from magicsim_experiments.learn.baselines import mean_score
 from magicsim_experiments.learn.model_file import read_model
 from magicsim_experiments.learn.networks import open_network
 from magicsim_experiments.learn.samples import Split
@@ -17,8 +17,8 @@ from magicsim_experiments.learn.settings import LearningSettings
 from magicsim_experiments.learn.training import answers_with, train
 from magicsim_experiments.study.learned.localisation import read_touches
 
-STOPPING, RESAMPLES = 6, 2000
-"""Every so manieth press tells when to stop, and how often presses are drawn again."""
+STOPPING = 6
+"""Every so manieth press tells when to stop."""
 
 if __name__ == "__main__":
     out = Path(sys.argv[1])
@@ -35,11 +35,8 @@ if __name__ == "__main__":
     split = Split(train=learned, validation=stopping, test=test)
     tuned = train(samples, split, settings, config, seed=0, start=content)
     told = {"as it is": answers_with(open_network(content, config), samples.at(test), config), "tuned": tuned.answers}
-    numbers, press = np.random.default_rng(0), samples.press[test]
     for name, answers in told.items():
         missed = np.abs(answers - samples.targets[test])
-        means = np.array([missed[press == each].mean(0) for each in np.unique(press)])
-        drawn = means[numbers.integers(len(means), size=(RESAMPLES, len(means)))].mean(1)
         for place, label in enumerate(config.labels):
-            low, high = ends(drawn[:, place])
-            print(f"{name}: {label.name} {missed[:, place].mean():.3f} ({low:.3f} to {high:.3f}) {label.unit}")
+            found = mean_score(missed[:, place], samples.press[test])
+            print(f"{name}: {label.name} {found.value:.3f} ({found.low:.3f} to {found.high:.3f}) {label.unit}")

@@ -77,7 +77,7 @@ def read_model(path: Path) -> tuple[ModelConfig, bytes]:
     """
     known = {each.stem: each for each in MODELS.glob("*.safetensors")}
     try:
-        content = (path if path.exists() else known.get(str(path), path)).read_bytes()
+        content = (path if path.is_file() else known.get(str(path), path)).read_bytes()
     except FileNotFoundError:
         raise ConfigError(f"model file '{path}' does not exist; models by name: {', '.join(sorted(known))}") from None
     except (OSError, ValueError):
