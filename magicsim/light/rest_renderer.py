@@ -28,9 +28,9 @@ MOST_RECORDED = 20_000_000
 class RestRenderer(PlainRenderer):
     """Owns the untouched states of one elastomer on one rig."""
 
-    def of_sensor(self, kind: str, make: Callable[[], Made]) -> Made:
-        """What all episodes of this sensor share, made by the first that asks."""
-        return self._untouched.made(kind, f"{self._key} {self.rig.camera.region_px}", make)
+    def of_sensor(self, kind: str, make: Callable[[], Made], *, of: str = "") -> Made:
+        """What all episodes of this sensor share, made by the first that asks; several of a kind differ by `of`."""
+        return self._untouched.made(kind, f"{self._key} {self.rig.camera.region_px} {of}", make)
 
     def arrays_of_sensor(self, kind: str, make: Callable[[], dict[str, Any]]) -> dict[str, Any]:
         """Arrays that the untouched sensor alone decides, on disk, or made and kept there."""

@@ -76,9 +76,9 @@ class NearViews:
         renderer, lamp = self.renderer, self.renderer.rig.flashlight
         outside = renderer.outside(None, light_x_mm)
         return renderer.of_sensor(
-            f"flashlight {lamp!r} {light_x_mm}", lambda: LampLight.of(
+            "flashlight", lambda: LampLight.of(
                 transport.world, transport.rest.paths, outside, transport.into, transport.brought, lamp=lamp,
                 light_x_mm=light_x_mm, particles=LAMP_PARTICLES * renderer.settings.particles,
                 seed=renderer.settings.anchor_seed,
-            ),
+            ), of=f"{lamp!r} {light_x_mm}",
         )  # fmt: skip

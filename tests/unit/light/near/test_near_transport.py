@@ -1,9 +1,12 @@
 """Compressed transport gives what recorded paths and traced particles give, and what closed forms say."""
 
+import gc
+
 import numpy as np
 import pytest
 
 from magicsim.light.backend import VARIANT, dr
+from magicsim.light.near.lamp_light import LampLight
 from magicsim.light.near.near_object import NearObject
 from magicsim.light.near.near_transport import NearTransport, follow_ports
 from magicsim.light.near.near_views import NearViews
@@ -126,6 +129,15 @@ def test_a_far_object_gets_as_much_from_recorded_particles_as_through_the_ports(
     by_particles = met.strips.T @ areas / (1 - target.from_ports)
     assert 0 < target.from_ports < 0.2
     assert by_particles.sum() == pytest.approx(by_ports.sum(), rel=0.1)
+
+
+def test_a_flashlight_that_wanders_leaves_nothing_behind(sensor):
+    near, counts = NearViews(sensor.renderer), []
+    for place in (-3.0, -1.0, 1.0, 3.0):
+        near.radiance(sensor.view(at(None, flashlight=True, light_x_mm=place), sensor.rest))
+        gc.collect()
+        counts.append(sum(isinstance(each, LampLight) for each in gc.get_objects()))
+    assert counts[3] == counts[2] == counts[1] > 0
 
 
 def test_a_flashlight_hides_what_passes_behind_it(sensor):
