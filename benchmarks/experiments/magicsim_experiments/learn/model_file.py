@@ -13,7 +13,7 @@ from magicsim.arrays import Array, Index
 from magicsim.config.models import Config, validate
 from magicsim.errors import ConfigError
 from magicsim_experiments.learn.samples import Label, Samples
-from magicsim_experiments.learn.settings import Input, LearningSettings, LongSidePx, Network
+from magicsim_experiments.learn.settings import CHANNELS, Input, LearningSettings, LongSidePx, Network
 from magicsim_experiments.presets import MODELS
 
 HEADER = "magicsim_model"
@@ -29,13 +29,13 @@ class ModelConfig(Config):
     network: Network
     labels: Annotated[tuple[Label, ...], Field(min_length=1, max_length=1000)]
     input: Input
-    """Frame minus the untouched reference, or the frame as it is."""
+    """What of frame and untouched reference it reads."""
     long_side_px: LongSidePx
     frame_rows: SizePx
     frame_columns: SizePx
     """Size of the frames that it was trained on, before they are reduced [px]."""
-    input_mean: tuple[Mean, Mean, Mean]
-    input_sd: tuple[Spread, Spread, Spread]
+    input_mean: tuple[Mean, ...]
+    input_sd: tuple[Spread, ...]
     """Standard deviation of each channel of the training inputs."""
     target_mean: tuple[Mean, ...]
     target_sd: tuple[Spread, ...]
@@ -46,14 +46,16 @@ class ModelConfig(Config):
     """Kind of the study that it comes from."""
 
     @model_validator(mode="after")
-    def _check_labels(self) -> Self:
+    def _check_lengths(self) -> Self:
         names = [each.name for each in self.labels]
         if len(set(names)) < len(names):
             raise ValueError(f"labels.name = {names} is not allowed: names a label twice")
-        for field, values in (("target_mean", self.target_mean), ("target_sd", self.target_sd)):
-            if len(values) != len(names):
-                msg = f"{field} = {list(values)} is not allowed: must have {len(names)} numbers, one a label"
-                raise ValueError(msg)
+        channels, labels = (CHANNELS[self.input], "channel"), (len(names), "label")
+        for field, (count, of) in (
+            ("input_mean", channels), ("input_sd", channels), ("target_mean", labels), ("target_sd", labels),
+        ):  # fmt: skip
+            if len(values := getattr(self, field)) != count:
+                raise ValueError(f"{field} = {list(values)} is not allowed: must have {count} numbers, one a {of}")
         return self
 
 

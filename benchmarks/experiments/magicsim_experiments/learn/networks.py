@@ -9,14 +9,15 @@ from torch import nn
 
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim_experiments.learn.model_file import ModelConfig, output_places
+from magicsim_experiments.learn.settings import CHANNELS
 
 
-def build_network(name: str, outputs: int) -> nn.Module:
-    """A network from images (n, 3, rows, columns) to outputs (n, outputs)."""
+def build_network(name: str, outputs: int, channels: int = 3) -> nn.Module:
+    """A network from images (n, channels, rows, columns) to outputs (n, outputs)."""
     networks: dict[str, type[SmallNetwork | ResNet18]] = {"small": SmallNetwork, "resnet18": ResNet18}
     if name not in networks:
         raise ConfigError(unknown_choice("network", name, networks))
-    return networks[name](outputs)
+    return networks[name](outputs, channels)
 
 
 class SmallNetwork(nn.Module):
@@ -25,11 +26,11 @@ class SmallNetwork(nn.Module):
     About 0.2 million weights; a step takes a 25th of ResNet18's time at 60 x 80 pixels.
     """
 
-    def __init__(self, outputs: int) -> None:
+    def __init__(self, outputs: int, channels: int = 3) -> None:
         """Makes the layers; weights come from the current random state."""
         super().__init__()
         layers: list[nn.Module] = []
-        for inside, outside in ((3, 16), (16, 32), (32, 64), (64, 64)):
+        for inside, outside in ((channels, 16), (16, 32), (32, 64), (64, 64)):
             layers += [
                 nn.Conv2d(inside, outside, 3, stride=2, padding=1, bias=False),
                 nn.BatchNorm2d(outside),
@@ -47,11 +48,11 @@ class SmallNetwork(nn.Module):
 class ResNet18(nn.Module):
     """Eight residual blocks of two convolutions, 64 to 512 channels."""
 
-    def __init__(self, outputs: int) -> None:
+    def __init__(self, outputs: int, channels: int = 3) -> None:
         """Makes the layers; weights come from the current random state."""
         super().__init__()
         self.stem = nn.Sequential(
-            nn.Conv2d(3, 64, 7, stride=2, padding=3, bias=False), nn.BatchNorm2d(64), nn.ReLU(),
+            nn.Conv2d(channels, 64, 7, stride=2, padding=3, bias=False), nn.BatchNorm2d(64), nn.ReLU(),
             nn.MaxPool2d(3, stride=2, padding=1),
         )  # fmt: skip
         blocks: list[nn.Module] = []
@@ -87,13 +88,18 @@ class _Block(nn.Module):
         return torch.relu(self.body(images) + self.shortcut(images))
 
 
+def network_of(config: ModelConfig) -> nn.Module:
+    """The network of a model, with random weights."""
+    return build_network(config.network, output_places(config.labels)[-1].stop, CHANNELS[config.input])
+
+
 def open_network(content: bytes, config: ModelConfig, *, source: str = "the model") -> nn.Module:
     """The network of a model file, with its weights.
 
     Raises:
         ConfigError: The weights break off, are not those of the network, or are not finite.
     """
-    network = build_network(config.network, output_places(config.labels)[-1].stop)
+    network = network_of(config)
     load_weights(network, content, source=source)
     return network
 

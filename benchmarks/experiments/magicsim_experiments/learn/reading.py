@@ -96,7 +96,7 @@ def estimate_frames(
         model: File `model.safetensors` of a study.
         source: Image, folder of images, video, camera's index, or a finished dataset, whose own references serve.
         reference: The same, of the untouched sensor, its mean taken over at most 30 frames; needed where the model
-            reads differences, but for datasets.
+            reads frames beside it, but for datasets.
 
     Raises:
         ConfigError: The model is missing, damaged or overflows, a source does not exist, a camera without `frames`,
@@ -134,8 +134,8 @@ def _dataset_frames(folder: Path, reader: FrameReader) -> Iterator[tuple[str, Fr
                 for image in images[:1]:
                     reader.check(image, f"dataset '{folder}'")
                 used = [each for each, is_one in zip(images, untouched, strict=True) if is_one]
-                if not used and reader.config.input == "difference":
-                    msg = f"dataset '{folder}' has no reference frames, and the model reads differences to them"
+                if not used and reader.config.input != "frame":
+                    msg = f"dataset '{folder}' has no reference frames, and the model reads frames beside them"
                     raise ConfigError(msg)
                 reference = reader.untouched(used) if used else np.zeros_like(reader.reduced(images[0]))
                 for step, (image, is_one) in enumerate(zip(images, untouched, strict=True)):
@@ -156,10 +156,10 @@ def _source_frames(
 
 
 def _reference(reference: Path | None, reader: FrameReader) -> Images | None:
-    if reader.config.input != "difference":
+    if reader.config.input == "frame":
         return None
     if reference is None:
-        raise ConfigError("--reference is missing: the model reads differences to frames of the untouched sensor")
+        raise ConfigError("--reference is missing: the model reads frames beside those of the untouched sensor")
     with closing(read_source(reference)) as found:
         used = []
         for each in islice(found, 30):

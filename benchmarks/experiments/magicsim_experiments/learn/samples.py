@@ -130,8 +130,12 @@ class Samples:
         return replace(self, **{name: getattr(self, name)[rows] for name in names})
 
     def inputs(self, kind: str) -> Images:
-        """What networks see: differences to the references, or frames, in units of the full range."""
-        found = self.images - self.references[self.reference_of] if kind == "difference" else self.images
+        """What networks see (`Input`), in units of the full range, shape (n, rows, columns, channels)."""
+        if kind == "frame":
+            return np.asarray(self.images / np.float32(255.0), np.float32)
+        untouched = self.references[self.reference_of]
+        change = self.images - untouched
+        found = change if kind == "difference" else np.concatenate([change, untouched], -1)
         return np.asarray(found / np.float32(255.0), np.float32)
 
 

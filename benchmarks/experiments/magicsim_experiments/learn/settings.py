@@ -22,7 +22,9 @@ def need_packages(names: Iterable[str], what: str) -> None:
 
 
 Network = Literal["small", "resnet18"]
-Input = Literal["difference", "frame"]
+Input = Literal["difference", "both", "frame"]
+CHANNELS: dict[Input, int] = {"difference": 3, "both": 6, "frame": 3}
+"""Channels that a network reads."""
 LongSidePx = Annotated[int, Field(ge=0, le=4096)]
 
 
@@ -34,7 +36,7 @@ class LearningSettings(Config):
     long_side_px: LongSidePx = 80
     """Frames are reduced so that their longer side has so many pixels; 0 keeps the full size."""
     input: Input = "difference"
-    """Frame minus the untouched reference of the unit, or the frame as it is."""
+    """Frame minus the untouched reference of the unit, that and the reference, or the frame as it is."""
     epochs: Annotated[int, Field(ge=1, le=10_000)] = 60
     """Most passes over the training frames."""
     patience: Annotated[int, Field(ge=1, le=10_000)] = 15

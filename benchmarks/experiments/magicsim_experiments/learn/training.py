@@ -14,7 +14,7 @@ from torch.nn import functional
 
 from magicsim.arrays import Array, Index
 from magicsim_experiments.learn.model_file import ModelConfig, answers_of, output_places, save_model
-from magicsim_experiments.learn.networks import build_network, load_weights
+from magicsim_experiments.learn.networks import load_weights, network_of
 from magicsim_experiments.learn.samples import Label, Samples, Split
 from magicsim_experiments.learn.settings import LearningSettings
 
@@ -95,7 +95,7 @@ def train(
     torch.use_deterministic_algorithms(True, warn_only=is_gpu)  # not every sum has one on a GPU
     torch.set_num_threads(1)
     torch.manual_seed(seed)
-    network = build_network(config.network, output_places(samples.labels)[-1].stop)
+    network = network_of(config)
     if start is not None:
         load_weights(network, start)
     network.to(device)

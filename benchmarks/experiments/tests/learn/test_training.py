@@ -1,6 +1,7 @@
 """Of training itself; PyTorch is optional."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -71,6 +72,15 @@ def test_resnet18_takes_the_same_frames():
     _, _, config, done = trained(settings, network="resnet18")
     assert config.network == "resnet18"
     assert np.isfinite(done.answers).all()
+
+
+def test_a_model_of_both_reads_the_untouched_frame_too():
+    samples, split, config, done = trained(SETTINGS.model_copy(update={"input": "both"}))
+    assert len(config.input_mean) == 6
+    shown = samples.at(split.test)
+    lit = replace(shown, images=shown.images + 9, references=shown.references + 9)  # the difference stays
+    network = open_network(done.model, config)
+    assert np.abs(answers_with(network, lit, config) - answers_with(network, shown, config)).max() > 1e-3
 
 
 def test_model_file_says_what_it_reads_and_refuses_what_is_none(tmp_path):

@@ -10,6 +10,7 @@ import numpy as np
 from magicsim.errors import ConfigError
 from magicsim_experiments.learn.fitting import Fit
 from magicsim_experiments.learn.samples import Label
+from magicsim_experiments.learn.settings import CHANNELS
 from magicsim_experiments.study.learned.answers import read_answers
 from magicsim_experiments.study.learned.data import share_name
 from magicsim_experiments.study.learned.learned_study import (
@@ -28,7 +29,7 @@ from magicsim_experiments.study.stages import DatasetStage
 
 OTHER = "other-unit"
 """Name of the data of the second unit."""
-READS = {"difference": "beside the present untouched frame", "frame": "alone"}
+READS = dict.fromkeys(CHANNELS, "beside the present untouched frame") | {"frame": "alone"}
 """Inputs of the models, and how they read a frame."""
 PLOTTED = ("p_x", "f_z")
 """Labels that are drawn."""
