@@ -122,7 +122,7 @@ def test_model_that_comes_along_is_found_by_its_name(monkeypatch: pytest.MonkeyP
         "f_y N",
         "f_z N",
     ]
-    assert (config.frame_rows, config.frame_columns, config.input) == (320, 240, "difference")
+    assert (config.frame_rows, config.frame_columns, config.input) == (320, 240, "both")
     assert len(content) < 10_000_000
     with pytest.raises(ConfigError, match=r"'localization' does not exist; models by name: localisation$"):
         read_model(Path("localization"))
