@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 
-from magicsim_experiments.learn.baselines import mean_score
+from magicsim_experiments.learn.baselines import constant_answers, mean_score
 from magicsim_experiments.learn.model_file import read_model
 from magicsim_experiments.learn.networks import open_network
 from magicsim_experiments.learn.samples import Samples, Split
@@ -69,8 +69,9 @@ if __name__ == "__main__":
         samples = joined(samples, read_touches(given.units, settings))
         parts = [np.flatnonzero(samples.unit == unit) for unit in np.unique(samples.unit) if unit >= own]
     answers = [tuned(samples, np.unique(np.delete(samples.press, part)), part)[1] for part in parts]
-    test = np.concatenate(parts)
+    test, rows = np.concatenate(parts), np.arange(len(samples))
     told = {
+        "constant": np.concatenate([constant_answers(samples.at(np.delete(rows, each)), len(each)) for each in parts]),
         "as it is": answers_with(open_network(content, config), samples.at(test), config),
         "tuned": np.concatenate(answers),
     }
