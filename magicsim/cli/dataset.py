@@ -221,6 +221,7 @@ def distil(
     ] = None,
     recipe: Annotated[str, Parameter(help="Recipe of the touches.")] = "distil",
     steps: Annotated[int, Parameter(help="Steps of the training.")] = 12_000,
+    start: Annotated[Path | None, Parameter(help="Model of a like sensor that the network begins as.")] = None,
     workers: Workers = None, cluster: Cluster = None,
     resume: Annotated[bool, Parameter(negative="", help="Go on with the folder's examples, or let them grow.")] = False,
     settings: Settings = None, seed: Seed = None, json: Json = False,
@@ -236,6 +237,7 @@ def distil(
     from magicsim.dataset.recipes.recipe import load_recipe
     from magicsim.distil.distillation import distil as make
     from magicsim.distil.training import Training
+    from magicsim.emulator.model import TouchModel
     from magicsim.workers.attempt import choose_workers
 
     check_number("steps", steps, 1, 10_000_000, whole=True)
@@ -246,7 +248,7 @@ def distil(
     with show_progress(f"{design}: {config.episodes} episodes of touches") as progress:
         summary = make(
             config, out, work or out.with_name(f"{out.stem}.examples"), options=options,
-            training=Training(steps=steps), resume=resume,
+            training=Training(steps=steps, start=TouchModel.read(start, "start") if start else None), resume=resume,
             progress=lambda what, done, total, note: progress(done, total, f"{what} {note}".strip()),
         )  # fmt: skip
     print_result(summary, as_json=json)

@@ -3,6 +3,7 @@
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
+from magicsim.emulator.model import TouchModel
 from magicsim.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -17,8 +18,9 @@ MISSING = "distil needs PyTorch and ONNX: pip install 'magicsim[distil]'"
 
 
 def find_torch() -> Any:  # noqa: ANN401 - a module that may be missing
-    """PyTorch, which trains alone and must be installed (`ConfigError`); a finished model runs without it."""
+    """PyTorch, which trains alone; it and ONNX must be installed (`ConfigError`), a finished model needs neither."""
     try:
+        import onnx  # noqa: F401 - what ends the work is asked for before it begins
         import torch
     except ImportError:
         raise ConfigError(MISSING) from None
@@ -74,11 +76,9 @@ def build_network(channels: int, widths: tuple[int, ...] = WIDTHS) -> "torch.nn.
 
 
 def to_onnx(network: "torch.nn.Module") -> bytes:
-    """The network for OpenCV's reader; `ConfigError` where ONNX is not installed."""
-    try:
-        from onnx import TensorProto, helper, numpy_helper
-    except ImportError:
-        raise ConfigError(MISSING) from None
+    """The network for OpenCV's reader."""
+    from onnx import TensorProto, helper, numpy_helper
+
     nodes: list[Any] = []
     weights = {name: value.numpy() for name, value in network.state_dict().items()}
 
@@ -115,3 +115,15 @@ def to_onnx(network: "torch.nn.Module") -> bytes:
     )  # fmt: skip
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=IR_VERSION)
     return bytes(model.SerializeToString(deterministic=True))
+
+
+def start_from(network: "torch.nn.Module", model: TouchModel) -> None:
+    """Gives a network the weights of a finished model; `ConfigError` where it was made of other layers or fields."""
+    from onnx import load_from_string, numpy_helper
+
+    torch = find_torch()
+    weights = {each.name: numpy_helper.to_array(each) for each in load_from_string(model.network).graph.initializer}
+    try:
+        network.load_state_dict({name: torch.from_numpy(values.copy()) for name, values in weights.items()})
+    except RuntimeError:
+        raise ConfigError(f"start = '{model.facts.name}' is not allowed: it has other layers or fields") from None

@@ -4,10 +4,11 @@ Numbers of the examples of each step and of the weights at first follow from the
 same network on the same machine and number of threads.
 """
 
+import hashlib
 import io
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,8 +18,9 @@ import pyarrow.parquet as pq
 
 from magicsim.arrays import AnyArray
 from magicsim.distil.examples import Example
-from magicsim.distil.network import build_network, find_torch
+from magicsim.distil.network import build_network, find_torch, start_from
 from magicsim.emulator.fields import FieldMaker, mirrors_of
+from magicsim.emulator.model import TouchModel
 from magicsim.folder.ledger import Ledger
 from magicsim.scenes.rig import Rig
 
@@ -47,6 +49,8 @@ class Training:
     seed: int = 0
     saved_every: int = 250
     """Steps between checkpoints."""
+    start: TouchModel | None = None
+    """Whose weights the network begins with; a model of a like sensor needs fewer examples then."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -99,11 +103,14 @@ def train(
     channels = library.batch(1, np.random.default_rng(0))[0].shape[1]
     torch.manual_seed(settings.seed)
     network, mean = build_network(channels), build_network(channels)
+    if settings.start is not None:
+        start_from(network, settings.start)
     optimizer = torch.optim.AdamW(network.parameters(), lr=settings.rate, weight_decay=settings.decay)
     step, losses = 0, []
     mean.load_state_dict(network.state_dict())
-    if (ledger.out / CHECKPOINT).is_file():
-        kept = torch.load(ledger.out / CHECKPOINT, weights_only=True)
+    key = _key(library, settings, ledger)
+    kept = torch.load(ledger.out / CHECKPOINT, weights_only=True) if (ledger.out / CHECKPOINT).is_file() else {}
+    if kept.get("key") == key:
         network.load_state_dict(kept["network"])
         mean.load_state_dict(kept["mean"])
         optimizer.load_state_dict(kept["optimizer"])
@@ -132,9 +139,18 @@ def train(
             progress(step, settings.steps, float(np.mean(losses[-settings.saved_every :])))
             file, figures = io.BytesIO(), io.BytesIO()
             states = {"network": network, "mean": mean, "optimizer": optimizer}
-            now = {name: each.state_dict() for name, each in states.items()} | {"step": step, "losses": losses}
+            now = {name: each.state_dict() for name, each in states.items()}
+            now |= {"step": step, "losses": losses, "key": key}
             torch.save(now, file)
             ledger.place(CHECKPOINT, file.getvalue())
             pq.write_table(pa.table({"step": range(1, len(losses) + 1), "loss": losses}), figures)
             ledger.place(FIGURES, figures.getvalue())
     return mean
+
+
+def _key(library: Library, settings: Training, ledger: Ledger) -> str:
+    """Digest of all that a checkpoint follows from: examples, settings and the model begun with."""
+    names = [path.relative_to(ledger.out).as_posix() for path in library.paths]
+    examples = [(name, ledger.listed(name).sha256) for name in names]
+    start = settings.start and hashlib.sha256(settings.start.network).hexdigest()
+    return hashlib.sha256(repr((examples, replace(settings, start=None), start)).encode()).hexdigest()

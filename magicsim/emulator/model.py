@@ -112,8 +112,8 @@ class TouchModel:
     """Coarse untouched image of the sensor without tolerances, in the rig's own room and in units of its mean."""
 
     @classmethod
-    def read(cls, path: Path) -> Self:
-        """From a file.
+    def read(cls, path: Path, field: str = "render.model") -> Self:
+        """From a file that a field names.
 
         Raises:
             ConfigError: It cannot be read, or is not a model.
@@ -123,7 +123,7 @@ class TouchModel:
                 facts, network = json.loads(archive.read(FACTS)), archive.read(NETWORK)
                 rest = np.load(io.BytesIO(archive.read(REST)), allow_pickle=False)
         except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
-            raise ConfigError(f"render.model = '{path}' is not a model of touches: {error}") from None
+            raise ConfigError(f"{field} = '{path}' is not a model of touches: {error}") from None
         return cls(facts=validate(ModelFacts, facts, source=str(path)), network=network, rest=rest)
 
     def to_bytes(self) -> bytes:

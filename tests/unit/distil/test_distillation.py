@@ -1,6 +1,7 @@
 """From a recipe to a model that a sensor uses: small, real, resumed; and what it says of itself."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -82,6 +83,18 @@ def test_a_model_is_made_resumed_and_used(recipe, tmp_path):
     (work / example_name(3)).unlink()
     distil(recipe, out, work, options=OPTIONS, training=few, resume=True)
     assert out.read_bytes() == first
+    # Other steps, another start or more examples train anew: a checkpoint of the old ones serves none of them.
+    for settings in (replace(few, steps=10), replace(few, start=model)):
+        distil(recipe, out, work, options=OPTIONS, training=settings, resume=True)
+        assert TouchModel.read(out).network != model.network
+    stays = replace(few, steps=1, rate=1e-12, start=model)
+    distil(recipe, out, work, options=OPTIONS, training=stays, resume=True)
+    begun = TouchModel.read(out)
+    assert begun.facts.errors[0].error == pytest.approx(model.facts.errors[0].error, rel=1e-3)
+    distil(recipe.model_copy(update={"episodes": 10}), out, work, options=OPTIONS, training=few, resume=True)
+    assert TouchModel.read(out).facts.touches == 18
+    assert TouchModel.read(out).network != model.network
+    out.write_bytes(first)
     # A scene uses it, and its frames name the tier.
     scene = load_scene("pressed", ["render.tier=fast", f"render.model='{out}'", *SMALL[:6], "rig.room=dark"])
     sensor = Sensor.for_scene(scene)
