@@ -15,6 +15,7 @@ from magicsim.folder.ledger import WORK
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
 from magicsim.workers.run_folder import CONFIG, ERRORS
+from magicsim_experiments.study.learned.learned_study import LearnedStudy, pairs_figure, pairs_table
 from magicsim_experiments.study.protocol import (
     DATA,
     INDEX,
@@ -83,8 +84,6 @@ def _checked(name: str) -> str:
 
 
 DesignName = Annotated[str, AfterValidator(_checked)]
-
-
 ITSELF = "design"
 """What a design without a name is called."""
 GIVEN = ("schema_version", "design", "rig", "seed", "quick")
@@ -177,13 +176,18 @@ class Compare(Study):
     def conclude(self, folder: Path) -> StudyResult:
         """The tables of all designs, one below the other."""
         found = {name: study.conclude(folder / name) for name, study in self._studies.items()}
+        seen = {
+            name: each.seen(folder / name) for name, each in self._studies.items() if isinstance(each, LearnedStudy)
+        }
+        pairs = [pairs_table(seen, seed=self.config.seed)] if len(seen) > 1 else []
         headline: dict[str, Cell] = {
             f"{name}.{key}": value for name, result in found.items() for key, value in result.headline.items()
         }
         first = next(iter(found.values()))
         return StudyResult(
             headline=headline,
-            tables=(headline_table(found), *(joined(found, table.name) for table in first.tables)),
+            tables=(headline_table(found), *pairs, *(joined(found, table.name) for table in first.tables)),
+            figures=tuple(pairs_figure(each) for each in pairs),
             matrices=tuple(
                 replace(matrix, name=f"{matrix.name}-{name}", title=f"{name}: {matrix.title}")
                 for name, result in found.items()

@@ -1,6 +1,6 @@
 """Plots of studies, each from its numbers to SVG text."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +9,7 @@ from matplotlib.figure import Figure as Canvas
 
 from magicsim.arrays import Array
 from magicsim.report.drawing import BLUE, INK, LINE, ORANGE, WRONG, drawn_panel, plot_style, to_svg
+from magicsim_experiments.study.protocol import Row, column_of
 
 COLORS = (LINE, ORANGE, BLUE, WRONG, "#cc79a7", "#009e73", "#999999")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
@@ -17,6 +18,7 @@ MOST_TICKS = 8
 HEADROOM = 1.05
 """Height of an axis in units of what it would be, so that the highest level is seen."""
 _HEIGHT_IN = 3.4
+_LINE_IN = 0.1
 _PLACE = (0.13, 0.14, 0.85, 0.76)
 
 
@@ -76,6 +78,21 @@ def plot_answers(truth: Array, answer: Array, *, unit: str, name: str, label: st
         canvas, panel = _panel(f"truth [{unit}]", f"answer [{unit}]")
         panel.plot(ends, ends, color=INK, linewidth=0.8, linestyle="--")
         panel.plot(truth, answer, linestyle="none", marker="o", ms=2.6, color=LINE, alpha=0.55, markeredgewidth=0)
+        return to_svg(canvas, name=name, label=label)
+
+
+def plot_intervals(rows: Mapping[str, Row], *, x_title: str, name: str, label: str) -> str:
+    """Values of `error` from `low` to `high`, one below the other; what leaves 0 out stands out (see `plot_series`)."""
+    values = [column_of(list(rows.values()), key) for key in ("low", "error", "high")]
+    with plot_style():
+        canvas, panel = drawn_panel(_HEIGHT_IN + _LINE_IN * len(rows), (0.42, 0.06, 0.56, 0.9))
+        for place, (low, value, high) in enumerate(zip(*values, strict=True)):
+            color = LINE if low <= 0 <= high else ORANGE
+            panel.plot([low, value, high], [place] * 3, color=color, linewidth=1.4, marker="o", ms=4, markevery=[1])
+        panel.axvline(0, color=INK, linewidth=0.8, linestyle="--")
+        panel.set_yticks(range(len(rows)), list(rows))
+        panel.invert_yaxis()
+        panel.set_title(x_title, pad=4.0)
         return to_svg(canvas, name=name, label=label)
 
 

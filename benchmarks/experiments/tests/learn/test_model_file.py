@@ -97,12 +97,11 @@ def test_weights_that_do_not_fit_are_refused_by_name():
 
     bias = weights["head.3.bias"]
     for content, said in (
-        (good[: len(good) // 2], "holds no weights that can be read"),
-        (good[:-4], "holds no weights that can be read"),
-        (changed("head.3.bias", None), "'head.3.bias' is missing"),
-        (changed("head.3.bias", bias[:1].clone()), r"'head.3.bias' is float32 of shape \[1\] and must be float32 of"),
-        (changed("head.3.bias", bias.double()), "'head.3.bias' is float64"),
-        (changed("strange", bias.clone()), "'strange' is not one of them"),
+        (good[: len(good) // 2], "holds no weights of its network that can be read: .*deserializing"),
+        (good[:-4], "holds no weights of its network that can be read: .*deserializing"),
+        (changed("head.3.bias", None), 'read: Missing key.*"head.3.bias"'),
+        (changed("head.3.bias", bias[:1].clone()), r"read: size mismatch for head.3.bias: .*\[1\].*\[3\]"),
+        (changed("strange", bias.clone()), 'read: Unexpected key.*"strange"'),
         (changed("head.3.bias", bias * torch.nan), "are not finite: 'head.3.bias'"),
     ):
         with pytest.raises(ConfigError, match=rf"^model 'm' .*{said}"):

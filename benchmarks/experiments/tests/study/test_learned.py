@@ -5,12 +5,16 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
 import pytest
 
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.errors import ConfigError, OutputError
 from magicsim_experiments.study.learned.alignment import axis_angle_deg
+from magicsim_experiments.study.learned.answers import Answers
 from magicsim_experiments.study.learned.data import data_stages
+from magicsim_experiments.study.learned.learned_study import SAID, pairs_figure, pairs_table
 from magicsim_experiments.study.learned.localisation import mask_features
 from magicsim_experiments.study.learned.ranging import bin_names, gap_bin
 from magicsim_experiments.study.study_file import load_study
@@ -166,3 +170,34 @@ def test_fast_frames_are_read_beside_true_ones_of_the_same_presses():
     assert (frames.recipe.render.tier, again.recipe.render.tier) == ("fast", "true")
     assert again.name == "true-rendering"
     assert again.recipe.render.model_dump() | {"tier": "fast"} == frames.recipe.render.model_dump()
+
+
+def test_pairs_of_presses_show_a_difference_that_lies_within_both_intervals():
+    random = np.random.default_rng(0)
+    press = np.repeat(np.arange(40), 4)
+    own = np.repeat(random.lognormal(0, 1, 40), 4)  # presses differ by far more than designs
+
+    def answers(errors: npt.NDArray[np.float64], numbers: npt.NDArray[np.int64] = press) -> Answers:
+        zero = np.zeros(len(errors))
+        return Answers(
+            table=pa.table({"press": numbers, "truth.p_x": zero, "model.p_x": errors, "linear.p_x": -errors})
+        )
+
+    order = random.permutation(len(press))
+    worse, other = own * np.repeat(random.normal(1.2, 0.1, 40), 4), np.repeat(random.lognormal(0, 1, 40), 4)
+    parts = {
+        "first": answers(own), "worse": answers(worse[order], press[order]), "other": answers(other),
+        "half": answers(worse[:80], press[:80]),
+    }  # fmt: skip
+    found = pairs_table(parts, seed=1)
+    by = {(row["on"], row["answer"]): row for row in found.rows}
+    assert len(by) == 6
+    row = by["worse", "model"]
+    assert row["error"] == pytest.approx(worse.mean() / own.mean() - 1)
+    assert 0.1 < row["low"] < row["error"] < row["high"] < 0.3
+    assert by["worse", SAID["linear"]]["error"] == pytest.approx(row["error"])
+    assert (by["half", "model"]["presses"], by["half", "model"]["frames"]) == (20, 20)
+    # What has nothing in common with the first may differ by half of its error and show no difference.
+    assert by["other", "model"]["low"] < 0 < by["other", "model"]["high"]
+    drawn = pairs_figure(found).svg
+    assert "worse, p_x, model" in drawn

@@ -41,6 +41,12 @@ class Answers:
         """`press`, `unit`, `group` or `train_frames`; shape (n,)."""
         return np.asarray(self.table[name].to_numpy())
 
+    def on_presses(self, method: str, label: str) -> dict[int, float]:
+        """Mean absolute error of a method on each press, by its number."""
+        missed, press = self.missed(method, label), self.column("press")
+        there = np.isfinite(missed)
+        return {int(each): float(missed[there & (press == each)].mean()) for each in np.unique(press[there])}
+
     def where(self, chosen: Mask) -> "Answers":
         """Some of the frames."""
         return Answers(table=self.table.filter(pa.array(chosen)))

@@ -5,6 +5,7 @@ Tables and figures of answers that are numbers: mean absolute errors by label, b
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import ClassVar
 
@@ -31,7 +32,7 @@ from magicsim_experiments.study.learned.data import (
     learning_stage,
     refuse_few,
 )
-from magicsim_experiments.study.plots import Series, plot_answers, plot_series
+from magicsim_experiments.study.plots import Series, plot_answers, plot_intervals, plot_series
 from magicsim_experiments.study.protocol import Cell, Column, Figure, Row, Stage, Study, StudyConfig, Table, column_of
 from magicsim_experiments.study.stages import DatasetStage, LearningStage
 
@@ -92,6 +93,32 @@ def compared_table(
     ]
     columns = (Column(name="label"), Column(name="frames_of", title="on"), Column(name="unit"), *ERROR_COLUMNS)
     return Table(name=name, title=title, columns=columns, rows=tuple(rows), note=note)
+
+
+def pairs_table(parts: Mapping[str, Answers], *, seed: int) -> Table:
+    """By which share errors on further sets of frames are larger than on the first, on presses of the same numbers.
+
+    Intervals then hold what the sets differ in alone; one around 0 says how large a difference could be missed.
+    """
+    (itself, first), *others = parts.items()
+    labels = [name.removeprefix("truth.") for name in first.table.column_names if name.startswith("truth.")]
+    rows = []
+    for label, method, (name, further) in product(labels, ("model", "linear"), others):
+        own, other = (each.on_presses(method, label) for each in (first, further))
+        more = {press: other[press] - own[press] for press in own.keys() & other.keys()}
+        shares = np.array(list(more.values())) / np.mean([own[press] for press in more])
+        score = mean_score(shares, np.array(list(more)), seed=seed)
+        rows.append(error_row({"on": name, "answer": SAID.get(method, method)}, Label(name=label, unit="share"), score))
+    columns = (Column(name="label"), Column(name="answer"), Column(name="on"), *ERROR_COLUMNS)
+    title = f"Errors beyond those of {itself} on the same presses, in shares of them"
+    return Table(name="pairs", title=title, columns=columns, rows=tuple(rows))
+
+
+def pairs_figure(pairs: Table) -> Figure:
+    """Such a table as a drawing."""
+    rows = {f"{row['on']}, {row['label']}, {row['answer']}": row for row in pairs.rows}
+    svg = plot_intervals(rows, x_title=pairs.title, name=pairs.name, label=pairs.title)
+    return Figure(name=pairs.name, title=pairs.title, svg=svg)
 
 
 def curve_table(folder: Path, stage: LearningStage, labels: Sequence[Label], *, seed: int) -> Table:
