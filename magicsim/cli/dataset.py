@@ -220,7 +220,7 @@ def distil(
         Path | None, Parameter(help="Folder of examples and checkpoints; beside the model by default.")
     ] = None,
     recipe: Annotated[str, Parameter(help="Recipe of the touches.")] = "distil",
-    steps: Annotated[int, Parameter(help="Steps of the training.")] = 12_000,
+    steps: Annotated[int, Parameter(help="Steps of the training; 0 measures what --start names.")] = 12_000,
     start: Annotated[Path | None, Parameter(help="Model of a like sensor that the network begins as.")] = None,
     workers: Workers = None, cluster: Cluster = None,
     resume: Annotated[bool, Parameter(negative="", help="Go on with the folder's examples, or let them grow.")] = False,
@@ -240,7 +240,7 @@ def distil(
     from magicsim.emulator.model import TouchModel
     from magicsim.workers.attempt import choose_workers
 
-    check_number("steps", steps, 1, 10_000_000, whole=True)
+    check_number("steps", steps, 0 if start else 1, 10_000_000, whole=True)
     if out.suffix.lower() != MODEL_SUFFIX:
         raise ConfigError(f"out = '{out}' is not allowed: a model ends with {MODEL_SUFFIX}")
     config = load_recipe(recipe, [f"design={design}", *(settings or [])], seed=seed)

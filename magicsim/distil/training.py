@@ -50,7 +50,7 @@ class Training:
     saved_every: int = 250
     """Steps between checkpoints."""
     start: TouchModel | None = None
-    """Whose weights the network begins with; a model of a like sensor needs fewer examples then."""
+    """Whose weights the network begins with; without steps it is measured as it is."""
 
 
 @dataclass(slots=True, kw_only=True)

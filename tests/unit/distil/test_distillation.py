@@ -87,10 +87,9 @@ def test_a_model_is_made_resumed_and_used(recipe, tmp_path):
     for settings in (replace(few, steps=10), replace(few, start=model)):
         distil(recipe, out, work, options=OPTIONS, training=settings, resume=True)
         assert TouchModel.read(out).network != model.network
-    stays = replace(few, steps=1, rate=1e-12, start=model)
-    distil(recipe, out, work, options=OPTIONS, training=stays, resume=True)
-    begun = TouchModel.read(out)
-    assert begun.facts.errors[0].error == pytest.approx(model.facts.errors[0].error, rel=1e-3)
+    distil(recipe, out, work, options=OPTIONS, training=replace(few, steps=0, start=model), resume=True)
+    measured = TouchModel.read(out)
+    assert (measured.network, measured.facts.errors) == (model.network, model.facts.errors)
     distil(recipe.model_copy(update={"episodes": 10}), out, work, options=OPTIONS, training=few, resume=True)
     assert TouchModel.read(out).facts.touches == 18
     assert TouchModel.read(out).network != model.network
