@@ -15,7 +15,7 @@ from magicsim.folder.ledger import WORK
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
 from magicsim.workers.run_folder import CONFIG, ERRORS
-from magicsim_experiments.study.learned.learned_study import LearnedStudy, pairs_figure, pairs_table
+from magicsim_experiments.study.learned.learned_study import LearnedStudy, pairs_figures, pairs_table
 from magicsim_experiments.study.protocol import (
     DATA,
     INDEX,
@@ -187,7 +187,7 @@ class Compare(Study):
         return StudyResult(
             headline=headline,
             tables=(headline_table(found), *pairs, *(joined(found, table.name) for table in first.tables)),
-            figures=tuple(pairs_figure(each) for each in pairs),
+            figures=tuple(figure for each in pairs for figure in pairs_figures(each)),
             matrices=tuple(
                 replace(matrix, name=f"{matrix.name}-{name}", title=f"{name}: {matrix.title}")
                 for name, result in found.items()

@@ -81,18 +81,17 @@ def plot_answers(truth: Array, answer: Array, *, unit: str, name: str, label: st
         return to_svg(canvas, name=name, label=label)
 
 
-def plot_intervals(rows: Mapping[str, Row], *, x_title: str, name: str, label: str) -> str:
+def plot_intervals(rows: Mapping[str, Row], *, name: str, label: str) -> str:
     """Values of `error` from `low` to `high`, one below the other; what leaves 0 out stands out (see `plot_series`)."""
     values = [column_of(list(rows.values()), key) for key in ("low", "error", "high")]
     with plot_style():
-        canvas, panel = drawn_panel(_HEIGHT_IN + _LINE_IN * len(rows), (0.42, 0.06, 0.56, 0.9))
+        canvas, panel = drawn_panel(_HEIGHT_IN + _LINE_IN * len(rows), (0.3, 0.06, 0.68, 0.92))
         for place, (low, value, high) in enumerate(zip(*values, strict=True)):
             color = LINE if low <= 0 <= high else ORANGE
             panel.plot([low, value, high], [place] * 3, color=color, linewidth=1.4, marker="o", ms=4, markevery=[1])
         panel.axvline(0, color=INK, linewidth=0.8, linestyle="--")
         panel.set_yticks(range(len(rows)), list(rows))
         panel.invert_yaxis()
-        panel.set_title(x_title, pad=4.0)
         return to_svg(canvas, name=name, label=label)
 
 

@@ -84,8 +84,6 @@ def episode_name(episode: int) -> str:
 SummaryT = TypeVar("SummaryT")
 Progress = Callable[[float, float, str], None]
 """Takes episodes done, all of them, and a note."""
-
-
 Played = tuple[Mapping[str, Any], Mapping[str, bytes]]
 """What an episode leaves: the content of its file, as JSON, and further files by their names below the folder."""
 

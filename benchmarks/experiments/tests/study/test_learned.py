@@ -14,7 +14,7 @@ from magicsim.errors import ConfigError, OutputError
 from magicsim_experiments.study.learned.alignment import axis_angle_deg
 from magicsim_experiments.study.learned.answers import Answers
 from magicsim_experiments.study.learned.data import data_stages
-from magicsim_experiments.study.learned.learned_study import SAID, pairs_figure, pairs_table
+from magicsim_experiments.study.learned.learned_study import SAID, pairs_figures, pairs_table
 from magicsim_experiments.study.learned.localisation import mask_features
 from magicsim_experiments.study.learned.ranging import bin_names, gap_bin
 from magicsim_experiments.study.study_file import load_study
@@ -180,7 +180,15 @@ def test_pairs_of_presses_show_a_difference_that_lies_within_both_intervals():
     def answers(errors: npt.NDArray[np.float64], numbers: npt.NDArray[np.int64] = press) -> Answers:
         zero = np.zeros(len(errors))
         return Answers(
-            table=pa.table({"press": numbers, "truth.p_x": zero, "model.p_x": errors, "linear.p_x": -errors})
+            table=pa.table(
+                {
+                    "press": numbers,
+                    "truth.p_x": zero,
+                    "model.p_x": errors,
+                    "linear.p_x": -errors,
+                    "constant.p_x": 1 + 0 * errors,
+                }
+            )
         )
 
     order = random.permutation(len(press))
@@ -191,7 +199,8 @@ def test_pairs_of_presses_show_a_difference_that_lies_within_both_intervals():
     }  # fmt: skip
     found = pairs_table(parts, seed=1)
     by = {(row["on"], row["answer"]): row for row in found.rows}
-    assert len(by) == 6
+    assert len(by) == 9
+    assert by["worse", SAID["constant"]]["error"] == 0
     row = by["worse", "model"]
     assert row["error"] == pytest.approx(worse.mean() / own.mean() - 1)
     assert 0.1 < row["low"] < row["error"] < row["high"] < 0.3
@@ -199,5 +208,6 @@ def test_pairs_of_presses_show_a_difference_that_lies_within_both_intervals():
     assert (by["half", "model"]["presses"], by["half", "model"]["frames"]) == (20, 20)
     # What has nothing in common with the first may differ by half of its error and show no difference.
     assert by["other", "model"]["low"] < 0 < by["other", "model"]["high"]
-    drawn = pairs_figure(found).svg
-    assert "worse, p_x, model" in drawn
+    drawn = pairs_figures(found)
+    assert [figure.title.rpartition(": ")[2] for figure in drawn] == ["model", SAID["linear"], SAID["constant"]]
+    assert "worse, p_x" in drawn[0].svg

@@ -87,8 +87,6 @@ def checked_parts(folder: Path, stage: LearningStage, seen: Answers) -> dict[str
 
 LEAST_POINTS = 2
 """Points that a power law goes through."""
-
-
 CurvePoint = tuple[float, Array, Index]
 """Training frames, absolute errors of frames that were answered after them (NaN without a label), and their presses."""
 

@@ -98,12 +98,13 @@ def compared_table(
 def pairs_table(parts: Mapping[str, Answers], *, seed: int) -> Table:
     """By which share errors on further sets of frames are larger than on the first, on presses of the same numbers.
 
-    Intervals then hold what the sets differ in alone; one around 0 says how large a difference could be missed.
+    Intervals then hold what the sets differ in alone; one around 0 says how large a difference could be missed. Where
+    labels differ in size, as forces do on a softer block, the constant's row says by how much.
     """
     (itself, first), *others = parts.items()
     labels = [name.removeprefix("truth.") for name in first.table.column_names if name.startswith("truth.")]
     rows = []
-    for label, method, (name, further) in product(labels, ("model", "linear"), others):
+    for label, method, (name, further) in product(labels, ("model", "linear", "constant"), others):
         own, other = (each.on_presses(method, label) for each in (first, further))
         more = {press: other[press] - own[press] for press in own.keys() & other.keys()}
         shares = np.array(list(more.values())) / np.mean([own[press] for press in more])
@@ -114,11 +115,14 @@ def pairs_table(parts: Mapping[str, Answers], *, seed: int) -> Table:
     return Table(name="pairs", title=title, columns=columns, rows=tuple(rows))
 
 
-def pairs_figure(pairs: Table) -> Figure:
-    """Such a table as a drawing."""
-    rows = {f"{row['on']}, {row['label']}, {row['answer']}": row for row in pairs.rows}
-    svg = plot_intervals(rows, x_title=pairs.title, name=pairs.name, label=pairs.title)
-    return Figure(name=pairs.name, title=pairs.title, svg=svg)
+def pairs_figures(pairs: Table) -> list[Figure]:
+    """Such a table as drawings, one a method."""
+    figures = []
+    for place, said in enumerate(dict.fromkeys(row["answer"] for row in pairs.rows)):
+        rows = {f"{row['on']}, {row['label']}": row for row in pairs.rows if row["answer"] == said}
+        name, title = f"{pairs.name}-{place}", f"{pairs.title}: {said}"
+        figures.append(Figure(name=name, title=title, svg=plot_intervals(rows, name=name, label=title)))
+    return figures
 
 
 def curve_table(folder: Path, stage: LearningStage, labels: Sequence[Label], *, seed: int) -> Table:
