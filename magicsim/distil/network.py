@@ -122,8 +122,9 @@ def start_from(network: "torch.nn.Module", model: TouchModel) -> None:
     from onnx import load_from_string, numpy_helper
 
     torch = find_torch()
-    weights = {each.name: numpy_helper.to_array(each) for each in load_from_string(model.network).graph.initializer}
     try:
-        network.load_state_dict({name: torch.from_numpy(values.copy()) for name, values in weights.items()})
-    except RuntimeError:
-        raise ConfigError(f"start = '{model.facts.name}' is not allowed: it has other layers or fields") from None
+        kept = {each.name: numpy_helper.to_array(each) for each in load_from_string(model.network).graph.initializer}
+        network.load_state_dict({name: torch.from_numpy(values.copy()) for name, values in kept.items()})
+    except Exception as error:
+        why = [type(error).__name__, *str(error).splitlines()[:2]][-1].strip()
+        raise ConfigError(f"start = '{model.facts.name}' is not allowed: its network does not fit: {why}") from None

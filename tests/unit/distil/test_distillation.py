@@ -6,14 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from magicsim.config.presets import preset_root
 from magicsim.config.program import versions
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.recipe import load_recipe
 from magicsim.distil.distillation import distil, example_name
 from magicsim.distil.examples import Example, ExampleTask, is_held_out, render_example
+from magicsim.distil.network import build_network, start_from
 from magicsim.distil.training import CHECKPOINT, Training
 from magicsim.emulator.emulator import EMULATED
-from magicsim.emulator.model import TouchModel
+from magicsim.emulator.model import MODELS, TouchModel
 from magicsim.errors import ConfigError, OutputError
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import FrameState
@@ -100,6 +102,16 @@ def test_a_model_is_made_resumed_and_used(recipe, tmp_path):
     state = FrameState(gap_mm=-0.6, x_mm=0.0, y_mm=0.0, twist_deg=0.0, flashlight=False, light_x_mm=0.0)
     assert sensor.render(state, sensor.deform(state, sensor.rest))[1] == EMULATED
     assert json.loads(model.facts.model_dump_json())["schema_version"] == 1
+
+
+def test_a_start_that_does_not_fit_is_one_line():
+    pytest.importorskip("torch")
+    pytest.importorskip("onnx")
+    ours = TouchModel.read(preset_root() / MODELS / "mini-magictac.touch")
+    start_from(build_network(76), ours)
+    for network, model in ((build_network(76), replace(ours, network=ours.network[:5000])), (build_network(3), ours)):
+        with pytest.raises(ConfigError, match=r"^start = 'mini-magictac' is not allowed: .* does not fit: .+$"):
+            start_from(network, model)
 
 
 def test_without_pytorch_one_line_says_what_to_install(recipe, tmp_path, monkeypatch):
