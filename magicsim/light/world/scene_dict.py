@@ -61,6 +61,11 @@ def lights_inside(rig: Rig) -> list[str]:
     return [_strip_name(index) for index, strip in enumerate(rig.strips) if strip.coupling == "contact"]
 
 
+UNASKED = {"type": "dielectric"}
+"""Material of body and walls where the renderer's own passes know the indices: here those of a printed unit would be
+literals of every kernel, compiled anew for each unit."""
+
+
 def lights_off(rig: Rig) -> list[str]:
     """Names of the lights whose radiance is 0: they are there, reflect, and send out nothing."""
     off = [_strip_name(index) for index, strip in enumerate(rig.strips) if not any(strip.radiance)]
@@ -91,7 +96,7 @@ def block_shapes(elastomer: Elastomer, rig: Rig, *, for_paths: bool = False) -> 
     body_medium = medium_of(materials.body)
     body, placed = elastomer.body, with_lens(elastomer.body.vertices, elastomer, rig)
     top_mm = elastomer.design.height_mm
-    bare = interface_bsdf(materials.body.ior, 1.0, roughness.skin if for_paths else 0, top_mm)
+    bare = interface_bsdf(materials.body.ior, 1.0, roughness.skin, top_mm) if for_paths else UNASKED
     shapes = {}
     if for_paths and elastomer.design.face_is_special:
         body, face = parted(elastomer)
@@ -103,13 +108,8 @@ def block_shapes(elastomer: Elastomer, rig: Rig, *, for_paths: bool = False) -> 
         infill, medium, cells, fused = materials.infill, medium_of(materials.infill), elastomer.infill, elastomer.fused
         if fused is not None:
             cells = replace(cells, faces=fused.without_membranes if for_paths else fused.faces)
-        shapes[INFILL] = mesh_shape(
-            cells,
-            INFILL,
-            interface_bsdf(infill.ior, materials.body.ior, roughness.walls if for_paths else 0, top_mm),
-            interior=medium,
-            exterior=body_medium,
-        )
+        walls = interface_bsdf(infill.ior, materials.body.ior, roughness.walls, top_mm) if for_paths else UNASKED
+        shapes[INFILL] = mesh_shape(cells, INFILL, walls, interior=medium, exterior=body_medium)
         if for_paths and elastomer.inclusions is not None:
             inclusions = elastomer.inclusions.placed(elastomer.infill.vertices)
             reflectance = elastomer.design.inclusions.flake_reflectance
