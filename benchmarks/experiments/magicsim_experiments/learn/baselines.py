@@ -154,7 +154,8 @@ def _nearest_choice(label: Label, values: Array) -> Array:
 
 def _coarse(inputs: Images) -> Images:
     """Inputs reduced and made flat, shape (n, values)."""
-    rows, columns = inputs.shape[1:3]
-    scale = min(1.0, NEIGHBOUR_PX / max(rows, columns))
-    size = (max(1, round(columns * scale)), max(1, round(rows * scale)))
-    return np.stack([cv2.resize(each, size, interpolation=cv2.INTER_AREA).ravel() for each in inputs])
+    scale = min(1.0, NEIGHBOUR_PX / max(inputs.shape[1:3]))
+    size = (max(1, round(inputs.shape[2] * scale)), max(1, round(inputs.shape[1] * scale)))
+    parts = np.split(inputs, inputs.shape[-1] // 3, -1)  # OpenCV resizes four channels at most
+    small = [[cv2.resize(each, size, interpolation=cv2.INTER_AREA).ravel() for each in part] for part in parts]
+    return np.hstack(small)

@@ -112,6 +112,6 @@ def load_weights(network: nn.Module, content: bytes, *, source: str = "the model
         # PyTorch names what does not fit in the second line.
         why = [type(error).__name__, *str(error).splitlines()[:2]][-1].strip()
         raise ConfigError(f"model '{source}' holds no weights of its network that can be read: {why}") from None
-    for name, found in weights.items():
-        if not bool(torch.isfinite(found).all()):
-            raise ConfigError(f"model '{source}' has weights that are not finite: '{name}'")
+    for name, wanted in network.state_dict().items():
+        if weights[name].dtype != wanted.dtype or not bool(torch.isfinite(weights[name]).all()):
+            raise ConfigError(f"model '{source}' has weights that are not {wanted.dtype} or are not finite: '{name}'")

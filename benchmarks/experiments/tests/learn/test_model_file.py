@@ -101,6 +101,7 @@ def test_weights_that_do_not_fit_are_refused_by_name():
         (good[:-4], "holds no weights of its network that can be read: .*deserializing"),
         (changed("head.3.bias", None), 'read: Missing key.*"head.3.bias"'),
         (changed("head.3.bias", bias[:1].clone()), r"read: size mismatch for head.3.bias: .*\[1\].*\[3\]"),
+        (changed("head.3.bias", bias.double()), "not torch.float32 or are not finite: 'head.3.bias'"),
         (changed("strange", bias.clone()), 'read: Unexpected key.*"strange"'),
         (changed("head.3.bias", bias * torch.nan), "are not finite: 'head.3.bias'"),
     ):

@@ -16,10 +16,11 @@ TINY = (
 )  # fmt: skip
 
 
-def made(name: str, *overrides: str):
+def made(name: str | Path, *overrides: str, tiny: tuple[str, ...] = TINY):
     """A study in its small form whose data are made."""
-    study = load_study(name, [*TINY, *overrides], quick=True)
-    for stage in study.stages():
+    study = load_study(name, [*tiny, *overrides], quick=True)
+    for each in study.stages():
+        stage = getattr(each, "stage", each)  # of a comparison
         if hasattr(stage, "simulator"):
             object.__setattr__(stage, "simulator", MADE)
     return study

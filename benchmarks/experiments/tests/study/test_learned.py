@@ -19,7 +19,7 @@ from magicsim_experiments.study.learned.localisation import mask_features
 from magicsim_experiments.study.learned.ranging import bin_names, gap_bin
 from magicsim_experiments.study.study_file import load_study
 
-from .made_study import contents, made, rows, run
+from .made_study import TINY, contents, made, rows, run
 
 pytestmark = pytest.mark.usefixtures("learns_in_process")
 
@@ -211,3 +211,25 @@ def test_pairs_of_presses_show_a_difference_that_lies_within_both_intervals():
     drawn = pairs_figures(found)
     assert [figure.title.rpartition(": ")[2] for figure in drawn] == ["model", SAID["linear"], SAID["constant"]]
     assert "worse, p_x" in drawn[0].svg
+
+
+@pytest.mark.parametrize("name", ["localisation", "ranging"])
+def test_designs_are_compared_press_by_press(tmp_path: Path, name: str):
+    file = tmp_path / "two.toml"
+    file.write_text(f"""schema_version = 1
+kind = "compare"
+study = "{name}"
+others = [{{ name = "same", changes = ["rig.camera.columns=24", "rig.camera.rows=32"] }}]
+[quick.study_changes]
+check_episodes = 0
+recipe_changes = {{ episodes = 12, episodes_per_sensor = 12 }}
+""")
+    study = made(file, "study.learning.epochs=2", "study.learning.curve=[]", "study.learning.folds=2", tiny=TINY[:2])
+    run(study, tmp_path / "out")
+    found = rows(tmp_path / "out", "pairs")
+    assert {row["on"] for row in found} == {"same"}
+    # Frames are made alike for both, so nothing differs; an error of 0 has no shares.
+    errors = np.array([row["error"] for row in found])
+    assert (errors == 0).any()
+    assert not errors[np.isfinite(errors)].any()
+    assert "pairs-0" in (tmp_path / "out" / "report.html").read_text()

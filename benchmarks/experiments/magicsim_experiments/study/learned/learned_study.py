@@ -107,7 +107,7 @@ def pairs_table(parts: Mapping[str, Answers], *, seed: int) -> Table:
     for label, method, (name, further) in product(labels, ("model", "linear", "constant"), others):
         own, other = (each.on_presses(method, label) for each in (first, further))
         more = {press: other[press] - own[press] for press in own.keys() & other.keys()}
-        shares = np.array(list(more.values())) / np.mean([own[press] for press in more])
+        shares = np.array(list(more.values())) / (np.mean([own[press] for press in more]) or np.nan)
         score = mean_score(shares, np.array(list(more)), seed=seed)
         rows.append(error_row({"on": name, "answer": SAID.get(method, method)}, Label(name=label, unit="share"), score))
     columns = (Column(name="label"), Column(name="answer"), Column(name="on"), *ERROR_COLUMNS)
