@@ -26,8 +26,8 @@ from magicsim.light.world.room_light import missed
 
 Follow = Callable[[ObjectStarts], Array]
 """Radiance that mirrored paths meet, shape (paths, 3)."""
-FEW_SEGMENTS = 6
-"""Room at first for the ways of one path that scatter; paths through a millimetre grid pass 4.4 in the mean."""
+FEW_SEGMENTS = 9
+"""Room at first for the ways of one path that scatter: in the mean it has 4.4, 6.4, 7.1 at cells of 1, 0.8, 0.6 mm."""
 AT_ONCE = 1_200_000
 """Paths that are traced together: bounds the memory."""
 MIRROR_STREAM = 0x9E3779B97F4A7C15
@@ -222,7 +222,7 @@ def record_paths(
     room = FEW_SEGMENTS * pixels * min(turns, samples)
     codes, moments = np.zeros(0, np.int64), np.zeros((0, MOMENTS), np.float32)
     lanes, rays, direct = [], [], np.zeros((pixels, 3))
-    met = np.zeros((pixels, regions.words if regions is not None else 0), np.uint32)
+    met = np.zeros((regions.words if regions is not None else 0, pixels), np.uint32)
     for begin in range(0, samples, turns):
         part = range(begin, min(begin + turns, samples))
         record, seen = trace(part, room)
@@ -239,16 +239,16 @@ def record_paths(
         gain = gains[:, :1] / np.float32(samples)
         away = gains[:, 1:] - centres_mm[cell].astype(np.float32)
         found = _summed(lane.astype(np.int64) * cells + cell, gain * np.hstack([np.ones_like(gain), away]))
-        codes, moments = _summed(np.concatenate([codes, found[0]]), np.concatenate([moments, found[1]]))
+        both = _summed(np.concatenate([codes, found[0]]), np.concatenate([moments, found[1]])) if len(codes) else found
+        codes, moments = both
     owner = np.concatenate(lanes)
     order = np.argsort(owner, kind="stable")
     columns = codes[:, None] % cells + cells * np.arange(MOMENTS)
     rows = np.repeat(codes // cells, MOMENTS)
     response = sp.csr_matrix((moments.ravel(), (rows, columns.ravel())), shape=(pixels, MOMENTS * cells))
     return RecordedPaths.of(
-        direct, response, np.concatenate(rays)[order], owner[order], samples, regions=regions,
-        met=np.ascontiguousarray(met.T),
-    )  # fmt: skip
+        direct, response, np.concatenate(rays)[order], owner[order], samples, regions=regions, met=met
+    )
 
 
 def _summed(codes: Index, values: npt.NDArray[np.float32]) -> tuple[Any, Any]:

@@ -110,7 +110,7 @@ class PathRecord:
     regions: Regions | None
     """Boxes whose surfaces a path may meet; None where nobody asks which."""
     met: Any
-    """One bit for each box that a lane's paths met a surface in, mi.UInt32, `regions.words` a lane."""
+    """One bit for each box that a lane's paths met a surface in, mi.UInt32, all lanes for each of `regions.words`."""
     turns: Any
     """Paths of each lane, one after the other, mi.UInt32 of size 1."""
     segment_room: Any
@@ -160,8 +160,8 @@ class PathRecord:
         """Takes down that a lane's path met a surface at a point."""
         if self.regions is not None:
             box = self.regions.index(point)
-            bit, words = mi.UInt32(1) << (box % WORD), dr.opaque(mi.UInt32, self.regions.words)
-            dr.scatter_reduce(dr.ReduceOp.Or, self.met, bit, lane * words + box // WORD, active)
+            bit, lanes = mi.UInt32(1) << (box % WORD), dr.opaque(mi.UInt32, dr.width(self.met) // self.regions.words)
+            dr.scatter_reduce(dr.ReduceOp.Or, self.met, bit, box // WORD * lanes + lane, active)
 
     def add_segment(self, number: Any, met: Gathered) -> None:
         """Takes down a way that scatters."""
