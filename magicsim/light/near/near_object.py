@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
+import numpy.typing as npt
 
 from magicsim.arrays import Array, Index, Mask, Numbers
 from magicsim.geometry.mesh import SurfaceMesh
@@ -90,11 +91,11 @@ class NearObject:
         )
         both = mi.Ray3f(mi.Point3f(*origins), mi.Vector3f(*ways))
         number, triangle, share, now, free = _met(self.scene, pointer(self.object), block, room, self.matt, ports, both)
-        areas = np.bincount(sent.triangle, sent.area_mm2, len(self.mesh.faces)).astype(np.float64)
+        areas = np.bincount(sent.triangle, sent.area_mm2, len(self.mesh.faces))
         kernel = self._blended(self.placed)
         return Seen(
             number=number[:count], triangle=triangle, share=share, now=now[:count], behind=radiance_of(still, lines),
-            free=free[:count], sent=sent, areas_mm2=areas, kernel=kernel,
+            free=free[:count], sent=sent, kernel=kernel, spread_mm2=kernel.spread(areas[:, None].astype(np.float32)),
             strips=self._by_particles(light, kernel),
         )  # fmt: skip
 
@@ -143,7 +144,8 @@ class NearObject:
         met = np.array(si.is_valid())
         triangle, weights = np.array(si.prim_index)[met], np.array(light.weights, np.float64)[:, met]
         flux = [np.bincount(triangle, each, triangles) for each in weights]
-        return share * kernel.irradiance(np.stack(flux, 1) / light.particles, np.zeros(triangles, bool))
+        landed = np.stack([*flux, light.particles * kernel.areas_mm2], 1).astype(np.float32)
+        return share * _mean(*np.split(kernel.spread(landed), [3], 1))
 
     def _blended(self, placed: SurfaceMesh) -> IrradianceKernel:
         """Kernel that is the wider the further a triangle is from the face.
@@ -174,9 +176,9 @@ class Seen:
     free: Mask
     """Which of the object's rays meet nothing."""
     sent: ObjectRays
-    areas_mm2: Array
-    """Area that the object's rays stand for on each triangle, shape (triangles,) [mm2]."""
     kernel: IrradianceKernel
+    spread_mm2: npt.NDArray[np.floating[Any]]
+    """Area that the object's rays stand for, spread by the kernel over its triangles, shape (triangles, 1) [mm2]."""
     strips: Array
     """Irradiance by recorded particles, shape (triangles, 3)."""
 
@@ -187,15 +189,14 @@ class Seen:
             shining: Radiance of the ports without what particles stand for, shape (ports, 3).
             own: The object's irradiance before, of the same shape as the result.
         """
-        count, triangles = len(self.number), len(self.areas_mm2)
+        count = len(self.number)
         met = self.now * self.free[:, None]
         met += np.concatenate([shining, np.zeros((1, 3))])[self.number] + self._sent_out(own)[:count]
         met *= np.pi * self.sent.area_mm2[:, None]
-        flux = np.zeros((triangles, 3))
+        flux = np.zeros(self.strips.shape, np.float32)
         for channel in range(3):
-            flux[:, channel] = np.bincount(self.sent.triangle, met[:, channel], triangles)
-        found = self.kernel.gathered(flux, self.areas_mm2, np.zeros(triangles, bool), np.zeros_like(flux))
-        return self.strips + found
+            flux[:, channel] = np.bincount(self.sent.triangle, met[:, channel], len(flux))
+        return self.strips + _mean(self.kernel.spread(flux), self.spread_mm2)
 
     def changes(self, own: Array, passed: Array) -> Array:
         """What changes of the radiance that comes along the face's lines, shape (lines, 3).
@@ -209,6 +210,11 @@ class Seen:
 
     def _sent_out(self, own: Array) -> Array:
         return self.share * own[self.triangle]
+
+
+def _mean(flux: npt.NDArray[Any], areas_mm2: npt.NDArray[Any]) -> Array:
+    """Flux by area, 0 where there is none."""
+    return np.asarray(np.divide(flux, areas_mm2, out=np.zeros(flux.shape), where=areas_mm2 > 0))
 
 
 def _met(scene: Any, shape: Any, block: Any, room: Any, finish: Finish, ports: Ports, rays: Any) -> tuple[Any, ...]:

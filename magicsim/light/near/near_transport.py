@@ -16,6 +16,7 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from magicsim.arrays import Array, Index, Numbers
+from magicsim.kernels import kernel
 from magicsim.light.backend import columns, dr, mi
 from magicsim.light.near.lamp_light import LampDisk, LampLight
 from magicsim.light.near.near_object import NearObject, radiance_of
@@ -154,7 +155,7 @@ class NearTransport:
 
     def _brought(self, coming: Array) -> Array:
         """Light in cells and voxels that ports of some radiance bring, shape (cells + voxels, 3)."""
-        return np.asarray(self.brought @ coming.astype(np.float32), np.float64)
+        return np.asarray(_summed(self.brought.T, coming.astype(np.float32)).T, np.float64)
 
     def _values(self, brought: Array) -> npt.NDArray[np.float32]:
         """Means, as records count them, of what is brought to cells and voxels."""
@@ -256,7 +257,21 @@ def _brought(world: LitWorld, ports: Ports) -> npt.NDArray[np.float32]:
         tracks = world.light_pass(starts, lights=patches)
         cells, body = tracks.cells.mean(2) * (scale / volumes), tracks.body.mean(2) * scale
         found.append(np.concatenate([cells, body], 1).astype(np.float32))
-    return np.ascontiguousarray(np.stack(found, 1).reshape(ports.count, -1).T)
+    return np.stack(found, 1).reshape(ports.count, -1).T
+
+
+@kernel()
+def _summed(brought, coming):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Sum over ports of what each brings times its radiance, shape (3, elements): most ports meet no object."""
+    found = np.zeros((3, brought.shape[1]), np.float32)
+    for port in range(len(coming)):
+        red, green, blue = coming[port]
+        if red != 0 or green != 0 or blue != 0:
+            for element in range(brought.shape[1]):
+                found[0, element] += red * brought[port, element]
+                found[1, element] += green * brought[port, element]
+                found[2, element] += blue * brought[port, element]
+    return found
 
 
 def _means(paths: RecordedPaths) -> RecordedPaths:

@@ -7,8 +7,10 @@ finds the LEDs only by rare chance, which shows as single glaring pixels.
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import scipy.sparse as sp
 
 from magicsim.arrays import Array, Index, Mask
@@ -62,10 +64,14 @@ class IrradianceKernel:
         for side in (wetted, ~wetted):
             if side.any():
                 values = np.concatenate([flux, areas_mm2[:, None]], 1) * side[:, None]
-                spread = sum(weights @ (patches @ values) for patches, weights in self.parts)
+                spread = self.spread(values)
                 known = side & (spread[:, -1] > 0)
                 result[known] = spread[known, :-1] / spread[known, -1:]
         return result
+
+    def spread(self, values: npt.NDArray[np.floating[Any]]) -> npt.NDArray[np.floating[Any]]:
+        """Sums of what triangles have over those that share light with each, both of shape (triangles, channels)."""
+        return np.asarray(sum(weights @ (patches @ values) for patches, weights in self.parts))
 
 
 def widened(gathered: Callable[[int], Array], away_mm: Array) -> Array:
@@ -77,9 +83,9 @@ def widened(gathered: Callable[[int], Array], away_mm: Array) -> Array:
 
 
 def blended_kernel(mesh: SurfaceMesh, away_mm: Array) -> IrradianceKernel:
-    """One kernel that widens in this way, for many samples of surfaces that stay as far apart."""
-    levels = _levels(away_mm)
-    return _kernel_of(mesh, *((SMOOTHING_MM * 2**level, share / 4.0**level) for level, share in levels))
+    """One kernel of single precision that widens in this way, for many samples of surfaces that stay as far apart."""
+    shares = ((SMOOTHING_MM * 2**level, share / 4.0**level) for level, share in _levels(away_mm))
+    return _kernel_of(mesh, *shares, kind="float32")
 
 
 def _levels(away_mm: Array) -> Iterator[tuple[int, Array]]:
@@ -95,24 +101,24 @@ def _levels(away_mm: Array) -> Iterator[tuple[int, Array]]:
 
 def irradiance_kernel(mesh: SurfaceMesh, width_mm: float = SMOOTHING_MM) -> IrradianceKernel:
     """Gaussian kernel between triangles and patches of a mesh that lie close and face alike."""
-    return _kernel_of(mesh, (width_mm, np.ones(len(mesh.faces))))
+    return _kernel_of(mesh, (width_mm, np.ones(len(mesh.faces))), kind="float64")
 
 
-def _kernel_of(mesh: SurfaceMesh, *shares: tuple[float, Array]) -> IrradianceKernel:
+def _kernel_of(mesh: SurfaceMesh, *shares: tuple[float, Array], kind: str) -> IrradianceKernel:
     """Sum of kernels of some widths [mm], each by its share at every triangle, shape (triangles,)."""
     parts = tuple((width_mm, share.tobytes()) for width_mm, share in shares)
-    return _kernel(mesh.vertices.tobytes(), mesh.faces.tobytes(), parts)
+    return _kernel(mesh.vertices.tobytes(), mesh.faces.tobytes(), parts, kind)
 
 
 @lru_cache(KEPT)
-def _kernel(vertices: bytes, faces: bytes, shares: tuple[tuple[float, bytes], ...]) -> IrradianceKernel:
+def _kernel(vertices: bytes, faces: bytes, shares: tuple[tuple[float, bytes], ...], kind: str) -> IrradianceKernel:
     corners = np.frombuffer(vertices).reshape(-1, 3)[np.frombuffer(faces, np.int32).reshape(-1, 3)]
     centres = corners.mean(1)
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     double_area = np.linalg.norm(cross, axis=1)
     areas, parts = np.maximum(double_area, 1e-30), []
     for width_mm, share in ((width_mm, np.frombuffer(each)) for width_mm, each in shares):
-        patches = _patches(centres, cross, PATCH * width_mm)
+        patches = _patches(centres, cross, PATCH * width_mm, kind)
         places = (patches @ (centres * areas[:, None])) / (patches @ areas)[:, None]
         rows = np.flatnonzero(share)
         order, runs = _boxes(places, centres[rows], REACH * width_mm)
@@ -120,7 +126,8 @@ def _kernel(vertices: bytes, faces: bytes, shares: tuple[tuple[float, bytes], ..
         found = _near(
             centres, cross / areas[:, None], share, own, places, directions, rows, order, runs, width_mm
         )  # fmt: skip
-        parts.append((patches, sp.csr_matrix(found, (len(centres), len(places)))))
+        matrix = sp.csr_matrix((found[0].astype(kind), *found[1:]), (len(centres), len(places)))
+        parts.append((patches, matrix))
     return IrradianceKernel(parts=tuple(parts), areas_mm2=double_area / 2)
 
 
@@ -173,7 +180,7 @@ def _near(centres, normals, share, own, places, directions, rows, order, runs, w
     return values[:count].copy(), columns[:count].copy(), starts
 
 
-def _patches(centres: Array, normals: Array, edge_mm: float) -> sp.csr_matrix:
+def _patches(centres: Array, normals: Array, edge_mm: float, kind: str) -> sp.csr_matrix:
     """Triangles of one voxel whose normals have the same main direction."""
     voxels = np.floor(centres / edge_mm).astype(np.int64)
     voxels -= voxels.min(0)
@@ -184,7 +191,7 @@ def _patches(centres: Array, normals: Array, edge_mm: float) -> sp.csr_matrix:
     code = ((voxels[:, 0] * most[1] + voxels[:, 1]) * most[2] + voxels[:, 2]) * 6 + 2 * main + side
     _, patch = np.unique(code, return_inverse=True)
     count = len(centres)
-    return sp.csr_matrix((np.ones(count), (patch, np.arange(count))), shape=(patch.max() + 1, count))
+    return sp.csr_matrix((np.ones(count, kind), (patch, np.arange(count))), shape=(patch.max() + 1, count))
 
 
 def _unit(vectors: Array) -> Array:

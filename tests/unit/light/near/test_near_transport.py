@@ -124,7 +124,8 @@ def test_a_far_object_gets_as_much_from_recorded_particles_as_through_the_ports(
     target = NearObject.of(sensor.renderer.object_mesh, Finish(color=(0.5, 0.5, 0.5)))
     target.place(sensor.view(at(12.0), sensor.rest).indenter.pose)
     met = look(transport, target, None, rays=300_000)
-    own, areas = np.zeros((len(target.mesh.faces), 3)), met.areas_mm2
+    own = np.zeros((len(target.mesh.faces), 3))
+    areas = np.bincount(met.sent.triangle, met.sent.area_mm2, len(own))
     by_ports = (met.irradiance(transport.strips, own) - met.strips).T @ areas
     by_particles = met.strips.T @ areas / (1 - target.from_ports)
     assert 0 < target.from_ports < 0.2
