@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from magicsim.deform.quality import SOLVE_QUALITIES
 from magicsim.geometry.design import FAR_FIELD_BOUND, ElastomerDesign, LatticeOptions
 from magicsim.geometry.grid import CellGrid, node_spacing_mm, resolve_grid
+from magicsim.geometry.objects.textured import CELLS_A_PERIOD, DotsObject, LinesObject
 from magicsim.scenes.field_check import check_room
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, reference_states, timeline
@@ -142,7 +143,7 @@ def _explain(
         bound = f"node spacings grow by {lattice.growth:g} there; {_force_bound(lattice)}"
         left_out.append(Decision(stage="fine lattice away from the contact", reason=bound))
     if solved:
-        left_out += _rough_edges(scene, spacing_mm) + _bending_coat(scene)
+        left_out += _rough_edges(scene, spacing_mm) + _rough_pattern(scene, spacing_mm) + _bending_coat(scene)
     if solved and scene.render.still_mm > 0:
         bound = f"displacements below {scene.render.still_mm:g} mm are not rendered, and none is off by more"
         left_out.append(Decision(stage="light through what hardly moved", reason=bound))
@@ -276,6 +277,19 @@ def _rough_edges(scene: SceneConfig, spacing_mm: float) -> list[Decision]:
         "between them, area, mask and picture of the contact are rough; design.lattice.edge_nodes and spacing_mm refine"
     )
     return [Decision(stage="lattice as fine as the object's edges", reason=reason)]
+
+
+def _rough_pattern(scene: SceneConfig, spacing_mm: float) -> list[Decision]:
+    """What a lattice leaves out of dots or lines that it does not resolve."""
+    pattern = scene.object
+    if not isinstance(pattern, DotsObject | LinesObject) or pattern.spacing_mm >= CELLS_A_PERIOD * spacing_mm:
+        return []
+    reason = (
+        f"{pattern.kind} {pattern.spacing_mm:g} mm apart on cells of up to {spacing_mm:.3g} mm press as their "
+        "mean does, with forces up to a fifth off, and hardly show one by one; "
+        f"design.lattice.spacing_mm = {pattern.spacing_mm / CELLS_A_PERIOD:.3g} resolves them"
+    )
+    return [Decision(stage="lattice as fine as the object's pattern", reason=reason)]
 
 
 def _force_bound(lattice: LatticeOptions) -> str:

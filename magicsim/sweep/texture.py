@@ -31,7 +31,7 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.plain import BoxObject
-from magicsim.geometry.objects.textured import DotsObject, LinesObject
+from magicsim.geometry.objects.textured import CELLS_A_PERIOD, DotsObject, LinesObject
 from magicsim.judge.measures import interval
 from magicsim.light.records.untouched import UntouchedStates
 from magicsim.notebook.screen import beside_change
@@ -48,9 +48,6 @@ PLATE_PERIODS = 5
 LOOKED_AT_PERIODS = 4
 """Side of the square of the face on which contrast is measured, in the same units: less than the plate, whose edges are
 no pattern, and enough for the peak of the pattern's frequency to be narrow."""
-CELLS_A_PERIOD = 4
-"""Lattice cells along one spacing below a pattern; half as many below a plain plate, which bends the face less. Of a
-pattern of 2 mm, 3 bring a quarter of what 8 do through a skin of 0.8 mm, 4 four fifths (`texture_resolution.py`)."""
 NODES_A_PERIOD, FACETS_A_PERIOD, PIXELS_A_PERIOD = 4, 4, 3
 """Nodes that carry displacements to the meshes, rendered facets and pixels along one spacing, at least."""
 MARGIN_PX = 2
@@ -100,7 +97,7 @@ def press_plate(
     thing = plate(pattern, spacing_mm, like)
     rig = plate_rig(sensor, spacing_mm, quality)
     design = followed_finely(sensor.design, near_mm=spacing_mm / NODES_A_PERIOD)
-    cells = CELLS_A_PERIOD if pattern is not None else CELLS_A_PERIOD / 2
+    cells = CELLS_A_PERIOD if pattern is not None else CELLS_A_PERIOD / 2  # a plain plate bends the face less
     pressed, depth_mm = press_as_asked(sensor.design, thing, quality, spacing_mm=spacing_mm / cells)
     state, render = replace(UNTOUCHED, gap_mm=-depth_mm), render_of(sensor, quality)
     render = render.model_copy(update={"facet_mm": min(render.facet_mm, spacing_mm / FACETS_A_PERIOD)})

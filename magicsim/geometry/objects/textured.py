@@ -17,6 +17,9 @@ from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.objects.rigid_object import EDGE_RADIUS_MM, SHELL_MM, SHELL_SHARE, ObjectBase, Size
 from magicsim.geometry.shapes.solids import EDGE_SEGMENTS, TINY, TRIANGLE_MM, RoundedBox, Shape, around_axis, rounded
 
+CELLS_A_PERIOD = 4
+"""Lattice cells along one spacing that resolve a pattern. Of one of 2 mm, 3 bring a quarter of what 8 do through a skin
+of 0.8 mm, 4 four fifths (`benchmarks/texture_resolution.py`)."""
 MAX_DOTS = 2500
 """More would not fit in memory as meshes that are round enough."""
 MAX_RIDGES = 200

@@ -160,6 +160,19 @@ def test_a_lattice_coarser_than_an_objects_edges_is_told():
     assert reasons(plan_scene(load_scene("rest", [flat, "keyframes=[{frame=0, gap_mm=1.0}]"])).left_out, stage) == []
 
 
+@pytest.mark.parametrize("pattern", ['kind="dots", radius_mm=0.5', 'kind="lines", width_mm=1.0'])
+def test_a_lattice_coarser_than_a_pattern_is_told(pattern):
+    stage = "lattice as fine as the object's pattern"
+    pressed, fine = "keyframes=[{frame=0, gap_mm=-1.0}]", "design.lattice.spacing_mm=0.5"
+    plate = f"object={{{pattern}, spacing_mm=2.0}}"
+    (reason,) = reasons(plan_scene(load_scene("rest", [plate, pressed])).left_out, stage)
+    assert "2 mm apart on cells of up to 1 mm" in reason
+    assert fine.replace("=", " = ") in reason
+    smooth = 'object={kind="box", size_mm=[6.0, 6.0, 2.0]}'
+    for scene in ([plate, pressed, fine], [plate, "keyframes=[{frame=0, gap_mm=1.0}]"], [smooth, pressed]):
+        assert reasons(plan_scene(load_scene("rest", scene)).left_out, stage) == []
+
+
 def test_long_hold_in_contact_is_planned_in_one_pass():
     planned = plan("{frame=0, gap_mm=-1.0}, {frame=20000, gap_mm=-1.0}")
     assert {frame.same_as for frame in planned.frames[1:]} == {0}

@@ -1,6 +1,10 @@
+import numpy as np
 import pytest
+from pydantic import TypeAdapter
 
+from magicsim import Sensor, load_scene
 from magicsim.config.presets import preset_names
+from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim_experiments.study.running import estimate_study
 from magicsim_experiments.study.study_file import load_study
 
@@ -22,3 +26,17 @@ def test_rows_of_noise_reach_the_frames(name: str):
     wells = {each: recipe.rig.camera.full_well_e for each, recipe in found.items()}
     assert len(set(wells.values())) == 3
     assert all(recipe.camera.full_well_e is None for recipe in found.values())
+
+
+@pytest.mark.parametrize("texture", ["dots", "lines"])
+def test_all_sizes_of_a_texture_are_pressed_on_cells_of_one_size(texture: str):
+    """Finer cells below the larger dots alone, which a design's usual lattice has, would tell them."""
+    [recipe] = (stage.recipe for stage in load_study("resolution").stages() if stage.name == f"{texture}-frames")
+    keys = {"kind", "radius_mm", "width_mm", "spacing_mm", "size_mm"}
+    finest = []
+    for entry in recipe.objects[::5]:
+        plate = TypeAdapter(ObjectConfig).validate_python(entry.model_dump(include=keys, exclude_none=True))
+        scene = load_scene("pressed").model_copy(update={"design": recipe.design, "object": plate})
+        nodes = Sensor.for_scene(scene).lattice.nodes_mm
+        finest.append([np.diff(np.unique(nodes[:, axis].round(6))).min() for axis in range(2)])
+    np.testing.assert_allclose(finest, np.broadcast_to(finest[0], (7, 2)), rtol=1e-6)

@@ -32,6 +32,8 @@ TOLERANCES_MM = (0.05, 0.10, 0.15, 0.20, 0.25, 0.30, 0.40, 0.50)
 """Differences up to which an answer counts as right (arXiv 2505.24382) [mm]."""
 ALIKE_MM = 1e-6
 DEFAULT_SIZES = tuple(round(0.2 + 0.05 * k, 2) for k in range(32) if k != 1)
+LEVEL = {"cells_across": 0, "edge_nodes": 0}
+"""Lattice options without which cells are finer below some sizes than below others, which alone would tell these."""
 Texture = Literal["dots", "lines"]
 SHARE_COLUMNS = (
     Column(name="texture"), Column(name="answer"), Column(name="within_mm", title="within", unit="mm", digits=2),
@@ -84,10 +86,8 @@ class Resolution(Study):
 
     def stages(self) -> Sequence[Stage]:
         """Data and models of each texture."""
-        found: list[Stage] = []
-        for data, learning in self._parts.values():
-            found += [*data, learning]
-        return found
+        parts: list[list[Stage]] = [[*data, learning] for data, learning in self._parts.values()]
+        return [stage for part in parts for stage in part]
 
     def conclude(self, folder: Path) -> StudyResult:
         """Shares of right answers by tolerance, and the matrices."""
@@ -111,20 +111,18 @@ class Resolution(Study):
             promised += [{"texture": texture, **row} for row in beyond_rows(folder, learning, [label], seed=seed)]
             figures.append(tolerance_figure(texture, own))
             matrices.append(size_matrix(texture, seen, label))
-            exact = right_within(seen, "model", TOLERANCES_MM[1])
-            headline[f"{texture}_right_within_0.1_mm"] = float(exact.mean())
+            headline[f"{texture}_right_within_0.1_mm"] = float(right_within(seen, "model", TOLERANCES_MM[1]).mean())
             headline[f"{texture}_error_mm"] = float(seen.missed("model", "size").mean())
             frames[texture.capitalize()] = f"{len(seen)} touched frames of {len(label.choices)} sizes"
         shares = Table(
             name="shares", title="Right answers by tolerance", columns=SHARE_COLUMNS, rows=tuple(rows), shown=200
         )  # fmt: skip
-        title = "Unseen units, fewer presses, and what it rests on"
         return StudyResult(
             headline=headline,
             tables=(
                 shares,
                 *beyond_tables(promised, Column(name="texture")),
-                Table(name="checks", title=title, columns=CHECK_COLUMNS, rows=tuple(checks)),
+                Table(name="checks", title="Unseen units, fewer presses", columns=CHECK_COLUMNS, rows=tuple(checks)),
             ),
             matrices=tuple(matrices),
             figures=tuple(figures),
@@ -217,7 +215,9 @@ def size_matrix(texture: str, seen: Answers, label: Label) -> Matrix:
 
 
 def _part(config: ResolutionConfig, texture: Texture) -> tuple[list[DatasetStage], LearningStage]:
-    own = config.model_copy(update={"recipe": config.recipe | {"objects": texture_objects(config, texture)}})
+    design = config.design.model_copy(update={"lattice": config.design.lattice.model_copy(update=LEVEL)})
+    recipe = config.recipe | {"objects": texture_objects(config, texture)}
+    own = config.model_copy(update={"recipe": recipe, "design": design})
     data = [DatasetStage(name=f"{texture}-{stage.name}", recipe=stage.recipe) for stage in data_stages(own)]
     learning = learning_stage(own, data, read_textures, frames_per_episode=1, name=f"learning-{texture}")
     return data, learning
