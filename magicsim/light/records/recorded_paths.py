@@ -114,13 +114,15 @@ class RecordedPaths:
 
     def _towards(self, scene: Any, pixels: Numbers) -> Any:
         """Numbers of the rays of some pixels that meet the box around a scene, mi.UInt32: most rays do not."""
-        numbers = dr.arange(mi.UInt32, len(self.owner))
-        if not len(numbers):  # nothing leaves a black block
-            return numbers
         if len(pixels) < len(self.direct):
-            is_asked = np.zeros(len(self.direct), bool)
-            is_asked[pixels] = True
-            numbers = mi.UInt32(aligned(np.flatnonzero(is_asked[self.owner]), np.uint32))
+            first = np.array(self.first).astype(np.int64)
+            begin, count = first[pixels], first[pixels + 1] - first[pixels]
+            own = np.arange(count.sum()) + np.repeat(begin - np.cumsum(count) + count, count)
+            numbers = mi.UInt32(aligned(own, np.uint32))
+        else:
+            numbers = dr.arange(mi.UInt32, len(self.owner))
+        if not len(numbers):  # nothing leaves a black block, and the renderer cannot gather nothing
+            return numbers
         box = scene.bbox()
         slack = BOX_SLACK * max(box.extents())
         ends = (mi.Point3f(*[dr.opaque(mi.Float, x) for x in end]) for end in (box.min - slack, box.max + slack))

@@ -120,6 +120,22 @@ def test_an_image_is_the_true_one(sensor, state):
     compare(sensor, state)
 
 
+def test_some_pixels_see_what_they_see_in_the_whole_image(sensor, transport):
+    target, paths = NearObject.of(sensor.renderer.object_mesh, Finish(color=(0.5, 0.5, 0.5))), transport.seen
+    target.place(sensor.view(at(1.0), sensor.rest).indenter.pose)
+    lit, pixels = np.full((len(target.mesh.faces), 3), 0.5), np.arange(36 * 44, dtype=np.uint32)
+
+    def seen(pixels):
+        return paths.seen_outside(None, target, lit, target.finish, pixels, room=None)
+
+    whole = seen(pixels)
+    assert 0.2 < (whole[:, 0] > 0).mean() < 1
+    for some in (pixels[::-7], pixels[:1], pixels[:0]):
+        np.testing.assert_array_equal(seen(some), whole[some])
+    target.place(sensor.view(at(1e5), sensor.rest).indenter.pose)
+    assert not seen(pixels[:1]).any()
+
+
 def test_a_far_object_gets_as_much_from_recorded_particles_as_through_the_ports(sensor, transport):
     target = NearObject.of(sensor.renderer.object_mesh, Finish(color=(0.5, 0.5, 0.5)))
     target.place(sensor.view(at(12.0), sensor.rest).indenter.pose)
