@@ -93,3 +93,13 @@ def pointer(shape: Any) -> Any:
 def columns(values: npt.NDArray[Any]) -> list[npt.NDArray[np.float32]]:
     """Each column of a matrix as such a copy, shape (rows,)."""
     return [aligned(column, np.float32) for column in values.T]
+
+
+def in_rows(values: Any, kind: npt.DTypeLike = np.float64) -> npt.NDArray[Any]:
+    """A vector of the renderer as an array of a kind, each of its elements a row, shape (elements, components).
+
+    Components are taken over one by one. To make one array of them, the renderer writes how many elements there are
+    into its kernel, and compiles it anew for each number of rays or pixels, which takes longer than most frames.
+    """
+    dr.eval(values)
+    return np.array(np.broadcast_arrays(*[np.array(each) for each in values]), kind).T

@@ -10,7 +10,7 @@ import numpy as np
 
 from magicsim.arrays import Array, FloatImage, Mask, Numbers
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.backend import dr, plain_errors
+from magicsim.light.backend import dr, in_rows, plain_errors
 from magicsim.light.facing.finger import FacingFinger, FingerBody
 from magicsim.light.facing.glow import Glow, facing_light
 from magicsim.light.frame.frame_image import (
@@ -166,7 +166,7 @@ class Renderer(RestRenderer):
         before, known = (look.through(each, pixels) for each in (anchor, control))
         now = known.copy()
         if traced is not None:
-            now[changed] = np.array(traced, np.float64).T
+            now[changed] = in_rows(traced)
         images = [np.asarray(each.reshape(shape), np.float32) for each in (now, known, before)]
         if self.leaves_out_noise:
             found = anchored_image(images[0], images[1], images[2], changed.reshape(shape[:2]))
@@ -220,7 +220,7 @@ class Renderer(RestRenderer):
             traced = self.light(view).gather_pixels(
                 field, pixels[changed], samples=samples, seed=self.seed, pattern=self.seed, room=light
             )
-            now[changed] = np.array(traced, np.float64).T
+            now[changed] = in_rows(traced)
         images = [np.asarray(each.reshape(shape), np.float32) for each in (now, known, before)]
         found = anchored_change(images[0], images[1], images[2], changed.reshape(shape[:2]))
         return np.asarray(inner.within(around).of(found))

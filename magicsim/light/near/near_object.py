@@ -9,7 +9,7 @@ import numpy.typing as npt
 from magicsim.arrays import Array, Index, Mask, Numbers
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
-from magicsim.light.backend import aligned, dr, mi, pointer
+from magicsim.light.backend import aligned, dr, in_rows, mi, pointer
 from magicsim.light.near.ports import Ports
 from magicsim.light.records.recorded_paths import RecordedPaths, escaped, mirror_samples
 from magicsim.light.transport.path_starts import ObjectRays, object_rays
@@ -122,7 +122,7 @@ class NearObject:
             self.scene, block, room, pointer(self.object), self.finish, ports.met, out, lit, paths.rays,
             *paths.rays_of(pixels), dr.opaque(mi.UInt64, seed),
         )  # fmt: skip
-        return np.array(met, np.float64).T
+        return in_rows(met)
 
     @property
     def is_far(self) -> bool:
@@ -142,7 +142,7 @@ class NearObject:
             return np.zeros((triangles, 3))
         si = self.scene.ray_intersect_preliminary(light.rays)
         met = np.array(si.is_valid())
-        triangle, weights = np.array(si.prim_index)[met], np.array(light.weights, np.float64)[:, met]
+        triangle, weights = np.array(si.prim_index)[met], in_rows(light.weights)[met].T
         flux = [np.bincount(triangle, each, triangles) for each in weights]
         landed = np.stack([*flux, light.particles * kernel.areas_mm2], 1).astype(np.float32)
         return share * _mean(*np.split(kernel.spread(landed), [3], 1))
@@ -228,13 +228,13 @@ def _met(scene: Any, shape: Any, block: Any, room: Any, finish: Finish, ports: P
     dr.eval(own, number, triangle, share)
     free = ~own & (number == ports.count) & ~block.ray_intersect_preliminary(rays).is_valid()
     return (
-        np.array(number), np.array(triangle), np.array(share, np.float64).T, radiance_of(room, rays), np.array(free),
+        np.array(number), np.array(triangle), in_rows(share), radiance_of(room, rays), np.array(free),
     )  # fmt: skip
 
 
 def radiance_of(room: Any, rays: Any) -> Array:
     """What shines along rays from all around, shape (rays, 3); nothing for None."""
-    return np.array(room.eval(missed(rays)), np.float64).T if room is not None else np.zeros((dr.width(rays), 3))
+    return in_rows(room.eval(missed(rays))) if room is not None else np.zeros((dr.width(rays), 3))
 
 
 @dr.syntax  # type: ignore[untyped-decorator]

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 
 from magicsim.arrays import Array, Index, Numbers
 from magicsim.kernels import kernel
-from magicsim.light.backend import columns, dr, mi
+from magicsim.light.backend import columns, dr, in_rows, mi
 from magicsim.light.near.lamp_light import LampDisk, LampLight
 from magicsim.light.near.near_object import NearObject, radiance_of
 from magicsim.light.near.ports import Ports, rays_along
@@ -228,7 +228,7 @@ def _leaving(world: LitWorld, ports: Ports) -> RecordedPaths:
         record = PathRecord.empty(room, 1, lanes=lanes)
         seen = world.camera_pass(dark, starts, stream=0, record=record)
         dr.eval(seen, record)
-        return record, np.array(seen, np.float64).T
+        return record, in_rows(seen)
 
     centres = world.elements(dark).centres_mm
     found = _means(record_paths(trace, pixels=lanes, centres_mm=centres, samples=1, regions=None))

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from magicsim.arrays import Array, Index, Mask, Numbers
-from magicsim.light.backend import aligned, dr, mi, pointer
+from magicsim.light.backend import aligned, dr, in_rows, mi, pointer
 from magicsim.light.transport.cached_light import Elements
 from magicsim.light.transport.camera_pass import ROULETTE_WEIGHT
 from magicsim.light.transport.path_record import PathRecord, Regions
@@ -108,9 +108,9 @@ class RecordedPaths:
         lit = mi.Float(aligned(irradiance, np.float32).ravel())
         shape, lamps = pointer(outside.object), room is None
         room = environment if lamps else room
-        met = np.array(_met_outside(outside.scene, room, shape, lit, finish, self.rays, numbers, lamps), np.float64)
+        met = in_rows(_met_outside(outside.scene, room, shape, lit, finish, self.rays, numbers, lamps))
         owner = self.owner[np.array(numbers)]
-        return np.stack([np.bincount(owner, each, len(self.direct))[pixels] for each in met], 1).astype(float)
+        return np.stack([np.bincount(owner, each, len(self.direct))[pixels] for each in met.T], 1).astype(float)
 
     def _towards(self, scene: Any, pixels: Numbers) -> Any:
         """Numbers of the rays of some pixels that meet the box around a scene, mi.UInt32: most rays do not."""
@@ -134,7 +134,7 @@ class RecordedPaths:
         """Radiance that some pixels get from all around where nothing stands in the way, shape (pixels, 3)."""
         if not len(self.owner):
             return np.zeros((len(pixels), 3))
-        return np.array(_met_room(room, self.rays, *self.rays_of(pixels)), np.float64).T
+        return in_rows(_met_room(room, self.rays, *self.rays_of(pixels)))
 
     def mirrored(
         self, outside: Outside, finish: Finish, pixels: Numbers, follow: Follow, *, samples: int, seed: int

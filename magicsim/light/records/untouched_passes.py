@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.light.backend import dr
+from magicsim.light.backend import dr, in_rows
 from magicsim.light.records.recorded_paths import RecordedPaths, record_paths
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.transport.light_field import LightField, total
@@ -47,7 +47,7 @@ def untouched(
     columns, rows = (int(size) for size in world.scene.sensors()[0].film().size())
     pixels = np.arange(columns * rows, dtype=np.uint32)
     if world.elastomer.design.is_opaque:
-        image = np.array(world.gather_pixels(field, pixels, samples=samples, seed=seed, pattern=pattern)).T
+        image = in_rows(world.gather_pixels(field, pixels, samples=samples, seed=seed, pattern=pattern), np.float32)
     else:
         image = paths.direct + paths.glow(world.elements(field), pixels)
         if samples > most:
@@ -55,7 +55,7 @@ def untouched(
             starts = CameraStarts.of(
                 world.scene.sensors()[0], samples=samples, pixels=pixels, pattern=pattern, part=range(most, samples)
             )
-            others = np.array(world.camera_pass(field, starts, stream=SEEDS_PER_RENDER * seed), np.float64).T
+            others = in_rows(world.camera_pass(field, starts, stream=SEEDS_PER_RENDER * seed))
             image = (most * image + others) / samples
     return Untouched(
         fields=fields,
@@ -82,7 +82,7 @@ def recorded_paths(
         )
         seen = world.camera_pass(dark, starts, stream=SEEDS_PER_RENDER * seed, record=record)
         dr.eval(seen, record)
-        return record, np.array(seen, np.float64).T
+        return record, in_rows(seen)
 
     centres = world.elements(dark).centres_mm
     return record_paths(trace, pixels=pixels, centres_mm=centres, samples=samples, regions=regions)
@@ -94,7 +94,7 @@ def follow_camera(
     """Radiance that paths meet from where something outside has mirrored them on, shape (paths, 3)."""
     stream = SEEDS_PER_RENDER * seed + MIRRORED
     seen = world.camera_pass(field, starts, stream=stream, outside=outside, room=room)
-    return np.array(seen, np.float64).T
+    return in_rows(seen)
 
 
 def follow_light(world: LitWorld, outside: Outside, light: RecordedLight, *, seed: int) -> LightField:

@@ -20,7 +20,7 @@ from scipy.ndimage import correlate1d
 from scipy.spatial import cKDTree
 
 from magicsim.arrays import Array, Index
-from magicsim.light.backend import aligned, columns, dr, mi
+from magicsim.light.backend import aligned, columns, dr, in_rows, mi
 from magicsim.light.transport.path_starts import ObjectStarts
 from magicsim.light.world.coated_face import CoatedFace, CoatLight, outward_bins
 from magicsim.light.world.coating import Coating
@@ -64,7 +64,7 @@ class Seen:
     @property
     def fluence(self) -> Array:
         """Fluence of each place, shape (places, 3)."""
-        return np.asarray(np.array(self.light, np.float64).T.reshape(-1, self.each, 3).sum(1))
+        return np.asarray(in_rows(self.light).reshape(-1, self.each, 3).sum(1))
 
 
 def directions(count: int) -> Array:
@@ -253,10 +253,10 @@ class CoatSolver:
                 weight = dr.gather(mi.Float, mi.Float(aligned(fine[:, 2], np.float32)), lane % nodes)
                 arriving = lights.arriving(mi.UInt32(row), place, sample, self.box)
                 seen = dr.select(arriving.unblocked(self.scene, mi.Bool(True)), arriving.light * weight, 0)
-                light = np.array(seen).T.reshape(count, nodes, 3)
+                light = in_rows(seen, np.float32).reshape(count, nodes, 3)
                 if not light.any():
                     continue
-                way = np.array(arriving.direction).T.reshape(count, nodes, 3)
+                way = in_rows(arriving.direction, np.float32).reshape(count, nodes, 3)
                 if isinstance(lights, Strips):
                     light, way = _merged(light, way)
                 parts_d.append(way)
@@ -274,7 +274,7 @@ class CoatSolver:
         dr.eval(numbers, rays)
         starts = replace(ObjectStarts.of(numbers, rays, mi.Float(1), mi.Bool(True)), asked=1)
         seen = self.trace(starts, light, glow)
-        found = np.array(seen).T.reshape(-1, counts[1], counts[0], count, 3) * (4 * np.pi / count)
+        found = in_rows(seen, np.float32).reshape(-1, counts[1], counts[0], count, 3) * (4 * np.pi / count)
         # What chance is left in it is not that of the neighbours, and what is seen hardly changes between them.
         found = correlate1d(correlate1d(found, NEIGHBOURS, 1, mode="nearest"), NEIGHBOURS, 2, mode="nearest")
         kept, taken = _thinned(count)
@@ -289,7 +289,7 @@ class CoatSolver:
             [mi.Float(aligned(each, np.float32)) for each in shares.T],
         )
         ground, mirrored = _sent_on(self.coating, seen, mi.Vector3f(*columns(normals)), views, *lists)
-        return [np.array(each, np.float64).T for each in (ground, mirrored)]
+        return [in_rows(each) for each in (ground, mirrored)]
 
     def _outward(self, seen: Seen, normals: Array, knots: Array, shares: Array) -> Array:
         """What facets at fine knots send out in some directions, shape (knots, directions, 3)."""
@@ -315,7 +315,7 @@ class CoatSolver:
                     dr.opaque(mi.UInt32, row), nodes,
                 )  # fmt: skip
                 for part, each in enumerate(found):
-                    totals[part] += np.array(each, np.float64).T.reshape(-1, 3, 3) * clear[face.local][:, :, None]
+                    totals[part] += in_rows(each).reshape(-1, 3, 3) * clear[face.local][:, :, None]
         return totals
 
     def _clear(self, lights: Strips | Lamps, row: int, places: Array, normals: Array) -> Array:
@@ -348,10 +348,10 @@ class CoatSolver:
 def _between(seen: Seen, wide: Knots, fine: Knots) -> Seen:
     """What is seen from fine knots, by cubic splines between wide ones."""
     (nx, ny), each = wide.counts, seen.each
-    light = np.array(seen.light).T.reshape(-1, each * 3)[: nx * ny].reshape(ny, nx, -1)
+    light = in_rows(seen.light, np.float32).reshape(-1, each * 3)[: nx * ny].reshape(ny, nx, -1)
     rows, along = (_spline(wide, fine, axis) for axis in (1, 0))
     spread = np.einsum("xX,yXc->yxc", along, np.tensordot(rows, light, 1), optimize=True)
-    ways = np.array(seen.directions).T[:each].reshape(1, each, 3)
+    ways = in_rows(seen.directions, np.float32)[:each].reshape(1, each, 3)
     count = fine.counts[0] * fine.counts[1]
     return _seen(np.broadcast_to(ways, (count, each, 3)), spread.reshape(count, each, 3))
 

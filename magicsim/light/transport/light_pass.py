@@ -14,7 +14,7 @@ import numpy as np
 
 from magicsim.arrays import Array, Counts
 from magicsim.errors import RenderError
-from magicsim.light.backend import copied, dr, mi
+from magicsim.light.backend import copied, dr, in_rows, mi
 from magicsim.light.flaws.rough_surfaces import crossing
 from magicsim.light.flaws.scatterers import bump_ahead, turned
 from magicsim.light.transport.cached_light import Voxels
@@ -238,7 +238,7 @@ def deposit_tracks(
         number[fresh] += stride
         active &= ~fresh | (number < end)
     parts = (source, absorbed, stopped, escaped, ended) if balance else ()
-    account = [np.array(part + dr.zeros(mi.Color3f, lanes), np.float64).sum(1) for part in parts]
+    account = [in_rows(part + dr.zeros(mi.Color3f, lanes)).T.sum(1) for part in parts]
     names = ("emitted", "clear_body", "surfaces", "escaped", "ended")
     return Tracks(
         cells=np.array(deposits)[: 3 * lights * sizes[0]].reshape(lights, -1, 3),

@@ -10,7 +10,7 @@ from magicsim.arrays import Array, Numbers
 from magicsim.camera.camera import Window
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.backend import dr, mi
+from magicsim.light.backend import dr, in_rows, mi
 from magicsim.light.transport.cached_light import (
     BodyPart,
     CachedLight,
@@ -176,9 +176,9 @@ class LitWorld(World):
         inside = mi.Bool(False) if shapes.outside is not None else in_body(self.scene, shapes, sent.rays.o)
         starts = ObjectStarts.of(dr.arange(mi.UInt32, len(sent.triangle)), sent.rays, mi.Float(1), inside)
         dr.eval(starts)
-        met = np.array(self.camera_pass(field, starts, stream=stream, outside=outside, room=room), np.float64)
+        met = in_rows(self.camera_pass(field, starts, stream=stream, outside=outside, room=room))
         count = shapes.object_triangles
-        weights = [np.pi * sent.area_mm2 * channel for channel in met]
+        weights = [np.pi * sent.area_mm2 * channel for channel in met.T]
         flux = np.stack([np.bincount(sent.triangle, weight, count) for weight in weights], 1).astype(np.float64)
         areas = np.bincount(sent.triangle, sent.area_mm2, count).astype(np.float64)
         gathered = self.inventory.gathered_irradiance(shapes, flux, areas, field.irradiance)

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.light.backend import aligned, dr, mi
+from magicsim.light.backend import aligned, dr, in_rows, mi
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.room import Passing
 
@@ -74,11 +74,11 @@ class Beam(NamedTuple):
 
     def has(self, ray: Any) -> Any:
         """Which lines are among this beam's, mi.Bool."""
-        centre = mi.Point3f(self.centre)
+        centre, squared = _middle(self), dr.opaque(mi.Float, self.radius_mm**2)
         if self.block_mm is None:
-            return dr.squared_norm(dr.cross(ray.o - centre, ray.d)) <= self.radius_mm**2
+            return dr.squared_norm(dr.cross(ray.o - centre, ray.d)) <= squared
         across = ray((centre.z - ray.o.z) / ray.d.z)
-        return (ray.d.z > 0) & (dr.squared_norm(across - centre) <= self.radius_mm**2)
+        return (ray.d.z > 0) & (dr.squared_norm(across - centre) <= squared)
 
 
 def room_beams(sensor: Any, block: Any, housing: Any | None, target: Any | None, others: list[Any]) -> list[Beam]:
@@ -114,7 +114,12 @@ def beam_rays(beam: Beam, way: Any, right: Any, up: Any) -> tuple[Any, Any]:
     """Rays of a beam along ways, from where nothing is in the way yet, and the area that each stands for [mm2]."""
     place, area = _places(beam, way, right, up)
     away = dr.opaque(mi.Float, beam.away_mm)
-    return mi.Ray3f(mi.Point3f(beam.centre) + place - away * way, way), area
+    return mi.Ray3f(_middle(beam) + place - away * way, way), area
+
+
+def _middle(beam: Beam) -> Any:
+    """Centre of its disk, opaque: the compiled kernel serves an object wherever it is."""
+    return mi.Point3f(*(dr.opaque(mi.Float, each) for each in beam.centre))
 
 
 def _places(beam: Beam, way: Any, right: Any, up: Any) -> tuple[Any, Any]:
@@ -145,7 +150,7 @@ def _shares(environment: Any, beam: Beam) -> Array:
     spots = (np.mgrid[:looks, :looks].reshape(2, -1) + 0.5) / looks
     way = -mi.Vector3f(*(aligned(np.tile(each, looks**2), np.float32) for each in towards))
     right, up = (mi.Float(aligned(np.repeat(each, len(height)), np.float32)) for each in spots)
-    seen = np.array(room_towards(environment, beam_rays(beam, way, right, up)[0])).sum(0)
+    seen = in_rows(room_towards(environment, beam_rays(beam, way, right, up)[0]), np.float32).T.sum(0)
     bright = across * np.broadcast_to(seen, looks**2 * len(height)).reshape(-1, len(height)).mean(0)
     even = across / across.sum()
     return np.asarray(EVEN * even + (1 - EVEN) * bright / bright.sum() if bright.sum() > 0 else even)

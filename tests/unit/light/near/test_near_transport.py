@@ -216,3 +216,19 @@ def test_places_on_the_way_do_not_tell(sensor):
     alone = near.radiance(second)
     near.radiance(first)
     np.testing.assert_array_equal(near.radiance(second), alone)
+
+
+def test_places_on_the_way_share_compiled_kernels(sensor):
+    near = NearViews(sensor.renderer)
+
+    def kernels(gap_mm):
+        near.radiance(sensor.view(at(gap_mm), sensor.rest))
+        gc.collect()  # a scene that another test left, and that goes in between, would move data that kernels point at
+        dr.kernel_history_clear()
+        with dr.scoped_set_flag(dr.JitFlag.KernelHistory):
+            near.radiance(sensor.view(at(gap_mm + 0.05), sensor.rest))
+        return {each["hash"] for each in dr.kernel_history() if "hash" in each}
+
+    first = kernels(0.3)
+    assert len(first) >= 5
+    assert kernels(0.7) == first

@@ -1,12 +1,16 @@
-"""Sensors of one make share compiled kernels, whatever their numbers are: to compile takes longer than most frames."""
+"""Sensors of one make share compiled kernels, whatever their numbers are, and so do frames of one sensor.
+
+To compile a kernel takes longer than most frames.
+"""
 
 import gc
+from dataclasses import replace
 
 import pytest
 
 from magicsim.light.backend import VARIANT, dr
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.timeline import View
+from magicsim.scenes.timeline import UNTOUCHED, View
 from magicsim.simulation.sensor import Sensor
 
 pytestmark = pytest.mark.skipif(VARIANT == "scalar_rgb", reason="needs LLVM or CUDA")
@@ -35,3 +39,24 @@ def test_sensors_of_other_numbers_need_no_other_kernels():
     first = kernels(seed=1)
     assert len(first) >= 2  # of light and of the camera
     assert kernels(*OTHER, seed=2) == first
+
+
+@pytest.mark.parametrize("gaps_mm", [(2.0, 1.5, 1.1), (-0.1, -0.15, -0.2)], ids=["near", "touched"])
+def test_frames_of_other_gaps_need_no_other_kernels(gaps_mm: tuple[float, ...]):
+    room = [
+        "rig.ambient=[0.05,0.05,0.05]",
+        "object.radius_mm=3",
+        "render.anchor_samples=8",
+        "render.anchor_particles=20000",
+    ]
+    sensor, found = Sensor.for_scene(load_scene("pressed", [*SMALL, *room], seed=1)), []
+    for gap_mm in gaps_mm:
+        state = replace(UNTOUCHED, gap_mm=gap_mm)
+        deformation = sensor.deform(state, sensor.rest)
+        gc.collect()
+        dr.kernel_history_clear()
+        with dr.scoped_set_flag(dr.JitFlag.KernelHistory):
+            sensor.radiance(state, deformation)
+        found.append({each["hash"] for each in dr.kernel_history() if "hash" in each})
+    assert len(found[1]) >= 5
+    assert found[2] <= found[0] | found[1]
