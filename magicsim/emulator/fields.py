@@ -132,12 +132,11 @@ class FieldMaker:
             shift = np.asarray(
                 cv2.remap(level, plane.column, plane.row, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE), np.float32
             )
-            size_mm = np.maximum(size_mm, np.linalg.norm(shift, axis=-1))
+            np.maximum(size_mm, np.sqrt(np.einsum("rci,rci->rc", shift, shift)), out=size_mm)
             if plane.is_warp:
                 fine.append(self._taken_along(rest, plane, shift) - rest)
             if plane.is_seen:
-                rows, columns = shift.shape[:2]
-                coarse.append(shift.reshape(rows // 2, 2, columns // 2, 2, -1).mean((1, 3)) / SHIFT_UNIT_MM)
+                coarse.append(np.asarray(sum(_corners(shift))) / (4 * SHIFT_UNIT_MM))
         fine += [rest - 1, (free - self.rest) / self.scale, contact[..., None]]
         size_mm = np.asarray(cv2.GaussianBlur(size_mm, (0, 0), GATE_PX), np.float32)
         fields = np.concatenate([_folded(np.concatenate(fine, -1)), *(each.transpose(2, 0, 1) for each in coarse)])
@@ -218,6 +217,10 @@ def _between(places: Array, nodes: Array) -> npt.NDArray[np.float32]:
 
 def _folded(image: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
     """Every 2 x 2 pixels as channels, shape (4 channels, rows / 2, columns / 2)."""
-    rows, columns, channels = image.shape
-    parts = image.reshape(rows // 2, 2, columns // 2, 2, channels).transpose(4, 1, 3, 0, 2)
-    return np.ascontiguousarray(parts.reshape(-1, rows // 2, columns // 2))
+    parts = np.stack(_corners(image)).transpose(3, 0, 1, 2)
+    return np.ascontiguousarray(parts.reshape(-1, *parts.shape[2:]))
+
+
+def _corners(image: npt.NDArray[np.float32]) -> list[npt.NDArray[np.float32]]:
+    """Four images: of every 2 x 2 pixels the first, that to its right, that below, and the last."""
+    return [image[row::2, column::2] for row, column in np.ndindex(2, 2)]

@@ -159,14 +159,21 @@ class TouchModel:
             fields: Of one touch, see `FieldMaker`.
         """
         rows, columns = 2 * fields.shape[1], 2 * fields.shape[2]
-        self._net.setInput(filled(fields)[None])
-        return np.asarray(self._net.forward()[0].transpose(1, 2, 0)[:rows, :columns], np.float32)
+        (name,) = (each.name for each in self._session.get_inputs())
+        change = self._session.run(None, {name: filled(fields)[None]})[0]
+        return np.asarray(change[0].transpose(1, 2, 0)[:rows, :columns], np.float32)
 
     @cached_property
-    def _net(self) -> Any:  # noqa: ANN401 - OpenCV's
+    def _session(self) -> Any:  # noqa: ANN401 - it has no types
+        import onnxruntime
+
+        from magicsim.light.backend import dr
+
+        options = onnxruntime.SessionOptions()
+        options.intra_op_num_threads = dr.thread_count()  # as the renderer; pictures do not depend on it
         try:
-            return cv2.dnn.readNetFromONNX(np.frombuffer(self.network, np.uint8))
-        except cv2.error:
+            return onnxruntime.InferenceSession(self.network, options, providers=["CPUExecutionProvider"])
+        except Exception:  # one class for each way in which it is damaged
             raise ConfigError(f"the network of the model '{self.facts.name}' is damaged") from None
 
 

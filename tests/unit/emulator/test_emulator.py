@@ -20,6 +20,7 @@ from magicsim.emulator.emulator import EMULATED, OFF, Emulator, known_model
 from magicsim.emulator.fields import FieldMaker
 from magicsim.emulator.model import ErrorRow, TouchModel, find_model
 from magicsim.errors import ConfigError, RenderError
+from magicsim.light.backend import dr
 from magicsim.light.records.untouched import UntouchedStates
 from magicsim.robot import LiveSensor
 from magicsim.scenes.scene import load_scene
@@ -247,6 +248,26 @@ def test_a_damaged_or_missing_file_is_one_line(tmp_path, rest):
         TouchModel.read(path)
     with pytest.raises(ConfigError, match=r"none\.touch' cannot be read: No such file"):
         find_model(str(tmp_path / "none.touch"), small_scene().design, small_scene().rig)
+
+
+def test_a_damaged_network_is_one_line(rest):
+    model = replace(small_model(small_scene(), rest), network=b"none")
+    with pytest.raises(ConfigError, match=r"the network of the model '.*' is damaged"):
+        model.predict(np.zeros((76, 8, 8), np.float32))
+
+
+def test_threads_do_not_change_what_the_model_of_the_default_sensor_says():
+    scene, found, before = load_scene("pressed"), [], dr.thread_count()
+    fields = np.random.default_rng(1).normal(size=(76, 24, 32)).astype(np.float32)
+    try:
+        for threads in (1, 2):
+            dr.set_thread_count(threads)
+            model = replace(find_model(None, scene.design, scene.rig)[0])
+            found.append(model.predict(fields))
+    finally:
+        dr.set_thread_count(before)
+    assert np.ptp(found[0]) > 0.1
+    np.testing.assert_array_equal(*found)
 
 
 def test_a_model_comes_back_from_its_file(tmp_path, rest):
