@@ -147,9 +147,7 @@ def render_example(task: ExampleTask) -> bytes:
 
 def _with_noise(sensor: Sensor, turn: int) -> Sensor:
     """The sensor, its first turn with the frame's own random numbers, but with all noise in its frames."""
-    other, renderer = copy(sensor), sensor.renderer
-    other.renderer = (
-        renderer.reseeded(seed=sensor.seed + turn, anchor_seed=sensor.settings.anchor_seed) if turn else copy(renderer)
-    )
+    other = copy(sensor)
+    other.renderer = sensor.renderer.reseeded(seed=sensor.seed + turn)
     other.renderer.leaves_out_noise = False
     return other

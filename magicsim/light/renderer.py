@@ -62,13 +62,16 @@ class Renderer(RestRenderer):
     def _outsides(self) -> Outsides:
         return Outsides(self.rig, self.object_mesh, self.object_finish, self.load_world)
 
-    def reseeded(self, *, seed: int, anchor_seed: int) -> Self:
-        """This renderer with other random numbers; both bring their views into the same Mitsuba scenes."""
+    def reseeded(self, *, seed: int, anchor_seed: int | None = None) -> Self:
+        """This renderer with other random numbers, its anchor's only if asked for.
+
+        Both bring their views into the same Mitsuba scenes; those with one anchor share untouched states.
+        """
         other = copy(self)
-        other.seed = seed
-        other.settings = self.settings.model_copy(update={"anchor_seed": anchor_seed})
-        other._untouched = UntouchedStates(default_store())
-        other._before = None
+        other.seed, other._before = seed, None
+        if anchor_seed is not None:
+            other.settings = self.settings.model_copy(update={"anchor_seed": anchor_seed})
+            other._untouched = UntouchedStates(default_store())
         return other
 
     def facing_another(self, other: Self, companion: SurfaceMesh | None = None) -> Self:
