@@ -70,6 +70,6 @@ SOLVE_QUALITIES = {
         newton=NewtonOptions(residual=1e-2, tolerance_mm=0.02, slip_mismatch=0.1),
     ),
 }
-"""By the names that `contact.quality` has. Control has a lattice of about half the nodes, and load steps that end at a
+"""By the names that `contact.quality` has. Control has a lattice of fewer nodes, and load steps that end at a
 hundredth of the forces out of balance, after about half the Newton steps; the next step begins where the last one
 ended and corrects what is left. `benchmarks/control_loop.py` measures what that costs in accuracy."""

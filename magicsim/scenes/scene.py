@@ -92,8 +92,8 @@ class ContactSettings(Config):
     decides about a result. An iteration takes 0.1 s at 15,000 unknowns; the hardest valid press that is known needs
     874."""
     quality: Literal["full", "control"] = "full"
-    """How finely equilibria are solved, see `deform.quality`: control is a third to a half of the work, with forces
-    1 to 9 % higher (`benchmarks/frame_error.py`)."""
+    """How finely equilibria are solved, see `deform.quality`: control is a third to a ninth of the work, with forces
+    of balls 3 to 9 % too high, of a box 1 to 4 % (`docs/benchmarks/tiers.json`)."""
     coupling: Literal["wet", "dry"] = "wet"
     """Wet: the tacky skin couples optically to the object. Dry: a thin film of air stays between them."""
     film_mm: Annotated[float, Field(ge=0.01, le=0.1)] = 0.02

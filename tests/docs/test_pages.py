@@ -152,3 +152,22 @@ def test_layers_of_the_architecture_are_those_of_the_contract():
 
 def test_citation_is_of_this_version():
     assert f"\nversion: {magicsim.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+
+
+BESIDE_EXPERIMENTS = sorted((ROOT / "benchmarks" / "experiments" / "docs").rglob("*.md"))
+SCRIPTS = sorted((ROOT / "benchmarks").glob("*.py"))
+SHARED = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "benchmarks" / "laboratory").rglob("*.py"))
+"""Options that several scripts have."""
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_options_of_a_script_on_a_page_or_among_the_figures_are_its_own_and_all_that_it_needs(script: Path):
+    source = script.read_text(encoding="utf-8")
+    needed = set(re.findall(r'add_argument\(\s*"(--[\w-]+)"[^\n]*required=True', source))
+    texts = [page.read_text(encoding="utf-8") for page in (*PAGES, *BESIDE_EXPERIMENTS)]
+    texts.append((ROOT / "noxfile.py").read_text(encoding="utf-8").replace('"\n    "', ""))
+    for line in re.findall(rf"python benchmarks/{script.name}([^`\"]*)[`\"]", "\n".join(texts)):
+        given = set(re.findall(r"(?<!\S)(--[\w-]+)", line.partition("\n\n")[0]))
+        unknown = {option for option in given if f'"{option}"' not in source + SHARED}
+        assert not unknown, f"{script.name} has no {unknown}"
+        assert needed <= given, f"{script.name}{line} lacks {needed - given}"
