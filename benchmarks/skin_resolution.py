@@ -3,7 +3,8 @@
     python benchmarks/skin_resolution.py      # a minute; one JSON line for each spacing
 
 A ball of 4 mm radius, 1 mm deep in the middle of the default block, without friction, on quarters of it that are ever
-finer; the first line is the lattice that episodes have, the second one such a lattice that is twice as fine: shear of the infill is told of whole blocks.
+finer; the first line is the lattice that episodes have, the second one such a lattice that is twice as
+fine: shear of the infill is told of whole blocks.
 """
 
 import json

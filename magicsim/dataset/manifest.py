@@ -12,7 +12,7 @@ from magicsim.config.models import Config, validate
 from magicsim.errors import MagicsimError, OutputError
 from magicsim.folder.ledger import WORK, Ledger
 from magicsim.folder.listing import Listed
-from magicsim.workers.run_folder import FolderIndex, RunFolder
+from magicsim.workers.run_folder import RunFolder, RunIndex
 
 MANIFEST, RECORDED = "manifest.json", "recorded.json"
 CONFIG, CARD, CALIBRATION, SENSORS = "config.toml", "README.md", "calibration.json", "sensors.parquet"
@@ -56,23 +56,17 @@ class FailedEpisode(Config):
     message: str
 
 
-class Manifest(FolderIndex):
+class Manifest(RunIndex):
     """Index of a dataset; holds nothing that differs from run to run."""
 
     seed: int
     episodes: int
     """How many the recipe asks for."""
     rows: int = 0
-    is_complete: bool = False
-    """Whether every episode is in a shard or failed."""
     shards: tuple[ShardEntry, ...] = ()
     """Finished shards, by name."""
     failed: tuple[FailedEpisode, ...] = ()
     """By episode."""
-    files: dict[str, str]
-    """SHA-256 of every other file."""
-    sha256: str = ""
-    """Hash of this manifest itself, see `magicsim.folder.listing.sealed`."""
 
     def _problems(self) -> Iterator[str | None]:
         for name in (*self.files, *(entry.file for entry in self.shards)):
@@ -87,8 +81,7 @@ class Manifest(FolderIndex):
 
     def listed(self) -> dict[str, Listed]:
         """What every other file was when it was written, by name."""
-        shards = {entry.file: entry.listed for entry in self.shards}
-        return {name: Listed(sha256=digest) for name, digest in self.files.items()} | shards
+        return super().listed() | {entry.file: entry.listed for entry in self.shards}
 
 
 FOLDER = RunFolder(

@@ -136,14 +136,14 @@ def _explain(
     if solved:
         kept += [
             Decision(stage="deformation", reason=f"{solved} of {total} frames: the object can touch"),
-            *_felt_coat(scene),
+            *_coat(scene)[0],
         ]
     lattice = SOLVE_QUALITIES[scene.contact.quality].of(scene.design).lattice
     if solved and lattice.growth > 1:
         bound = f"node spacings grow by {lattice.growth:g} there; {_force_bound(lattice)}"
         left_out.append(Decision(stage="fine lattice away from the contact", reason=bound))
     if solved:
-        left_out += _rough_edges(scene, spacing_mm) + _rough_pattern(scene, spacing_mm) + _bending_coat(scene)
+        left_out += _rough_edges(scene, spacing_mm) + _rough_pattern(scene, spacing_mm) + _coat(scene)[1]
     if solved and scene.render.still_mm > 0:
         bound = f"displacements below {scene.render.still_mm:g} mm are not rendered, and none is off by more"
         left_out.append(Decision(stage="light through what hardly moved", reason=bound))
@@ -237,23 +237,15 @@ def _failures(scene: SceneConfig) -> Iterator[tuple[bool, Decision]]:
         yield value is not None, Decision(stage=stage, reason=reason)
 
 
-def _felt_coat(scene: SceneConfig) -> list[Decision]:
-    """What a coat with thickness and modulus adds to the deformation."""
+def _coat(scene: SceneConfig) -> tuple[list[Decision], list[Decision]]:
+    """What a coat with thickness and modulus adds to the deformation, and what it would do besides."""
     coat = scene.design.coat
     if coat is None or coat.shear_n_per_mm == 0:
-        return []
-    reason = f"it resists stretch with {3 * coat.shear_n_per_mm:.3g} N/mm, its modulus times its thickness"
-    return [Decision(stage="coat as a membrane", reason=reason)]
-
-
-def _bending_coat(scene: SceneConfig) -> list[Decision]:
-    """What such a coat would do besides."""
-    coat = scene.design.coat
-    if coat is None or coat.shear_n_per_mm == 0:
-        return []
+        return [], []
+    felt = f"it resists stretch with {3 * coat.shear_n_per_mm:.3g} N/mm, its modulus times its thickness"
     wrinkle = coat.wrinkle_mm(scene.design.materials.body.youngs_modulus_mpa)
-    reason = f"it counts where the face bends over {wrinkle:.2g} mm or less; contacts should be some times as wide"
-    return [Decision(stage="bending of the coat", reason=reason)]
+    bends = f"it counts where the face bends over {wrinkle:.2g} mm or less; contacts should be some times as wide"
+    return [Decision(stage="coat as a membrane", reason=felt)], [Decision(stage="bending of the coat", reason=bends)]
 
 
 def _changes_light(scene: SceneConfig, frame: FramePlan) -> bool:

@@ -42,8 +42,8 @@ def changed_lines(out: Path) -> list[int]:
     return [number for number, line in enumerate(lines, 1) if not is_sealed(line, indent=None)]
 
 
-class FolderIndex(Config):
-    """How an index begins: what the folder's files belong to."""
+class RunIndex(Config):
+    """Index of a folder: what its files belong to, and one list of them."""
 
     schema_version: Literal[1] = 1
     config_hash: str
@@ -51,15 +51,6 @@ class FolderIndex(Config):
     versions: dict[str, str]
     """See `magicsim.config.program.versions`."""
     variant: str
-
-    def listed(self) -> dict[str, Listed]:
-        """What every other file was when it was written, by name."""
-        raise NotImplementedError
-
-
-class RunIndex(FolderIndex):
-    """Index of a folder with one list of files."""
-
     is_complete: bool = False
     files: dict[str, str] = Field(default_factory=dict)
     """SHA-256 of every other file of a finished run, those aside that another list answers for."""
@@ -71,7 +62,7 @@ class RunIndex(FolderIndex):
         return {name: Listed(sha256=digest) for name, digest in self.files.items()}
 
 
-Index = TypeVar("Index", bound=FolderIndex)
+Index = TypeVar("Index", bound=RunIndex)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -127,10 +127,6 @@ class LobeLight(mi.Emitter):  # type: ignore[misc]
         """Bounding box of its surface."""
         return self.get_shape().bbox()
 
-    def to_string(self) -> str:
-        """One line for logs."""
-        return f"LobeLight[exponent={self.exponent}]"
-
 
 mi.register_emitter("lobe", LobeLight)
 

@@ -214,10 +214,6 @@ class RoomPicture(mi.Texture):  # type: ignore[misc]
         met.wi = -dr.normalize(si.p)
         return self._scale * self._far.eval(met, active)
 
-    def to_string(self) -> str:
-        """One line for logs."""
-        return "RoomPicture[]"
-
 
 mi.register_texture("room_picture", RoomPicture)
 
