@@ -16,8 +16,8 @@ from pathlib import Path
 from magicsim.config.presets import preset_root
 
 LIBRARIES = (
-    "mitsuba", "drjit", "numpy", "scipy", "numba", "llvmlite", "manifold3d", "libigl", "trimesh", "pypardiso", "mkl",
-    "pillow", "opencv-contrib-python-headless", "pyarrow", "av",
+    "mitsuba", "drjit", "karellen-llvm-core", "numpy", "scipy", "numba", "llvmlite", "manifold3d", "libigl", "trimesh",
+    "lib3mf", "pypardiso", "mkl", "pillow", "opencv-contrib-python-headless", "onnxruntime", "pyarrow", "av",
 )  # fmt: skip
 """Distributions whose versions may change a result's bytes; those that are not installed are left out."""
 BESIDE = ("scenes/rooms", "scenes/models")

@@ -1,5 +1,7 @@
 """Whatever is kept is known by what computed it: other sources are another program, whatever its version says."""
 
+import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,8 @@ from magicsim.kernels import package_hash
 from magicsim.light.records import untouched
 from magicsim.scenes.scene import load_scene
 
+WORDS_ALONE = {"cyclopts", "filelock", "jinja2", "matplotlib", "pydantic", "rich", "threadpoolctl", "tomli-w"}
+"""Dependencies that no frame, force or label is computed with."""
 OLDER = {"magicsim": "0.1.0", "mitsuba": "3.9.1", "numpy": "2.2"}
 """What folders knew before sources counted."""
 
@@ -26,6 +30,12 @@ def test_versions_that_differ_or_that_only_one_side_knows_are_named():
 def test_versions_name_sources_renderer_compiler_and_solids():
     assert {"magicsim", "sources", "mitsuba", "drjit", "numpy", "scipy", "numba", "manifold3d"} <= versions().keys()
     assert program_key("llvm_ad_rgb") != program_key("scalar_rgb")
+
+
+def test_versions_name_every_library_that_numbers_may_come_from():
+    project = tomllib.loads((Path(__file__).parents[3] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    needed = {re.match(r"[\w-]+", each)[0] for each in project["dependencies"]}
+    assert needed - set(program.LIBRARIES) == WORDS_ALONE
 
 
 def test_every_source_file_counts_by_name_and_content(tmp_path: Path):
