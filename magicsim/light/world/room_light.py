@@ -72,9 +72,14 @@ class Beam(NamedTuple):
         sphere = near.bounding_sphere()
         return Beam(sphere.center, float(sphere.radius), 2 * self.away_mm, None, self)
 
+    @property
+    def middle(self) -> Any:
+        """Centre of its disk, opaque: the compiled kernel serves an object wherever it is."""
+        return mi.Point3f(*(dr.opaque(mi.Float, each) for each in self.centre))
+
     def has(self, ray: Any) -> Any:
         """Which lines are among this beam's, mi.Bool."""
-        centre, squared = _middle(self), dr.opaque(mi.Float, self.radius_mm**2)
+        centre, squared = self.middle, dr.opaque(mi.Float, self.radius_mm**2)
         if self.block_mm is None:
             return dr.squared_norm(dr.cross(ray.o - centre, ray.d)) <= squared
         across = ray((centre.z - ray.o.z) / ray.d.z)
@@ -114,12 +119,7 @@ def beam_rays(beam: Beam, way: Any, right: Any, up: Any) -> tuple[Any, Any]:
     """Rays of a beam along ways, from where nothing is in the way yet, and the area that each stands for [mm2]."""
     place, area = _places(beam, way, right, up)
     away = dr.opaque(mi.Float, beam.away_mm)
-    return mi.Ray3f(_middle(beam) + place - away * way, way), area
-
-
-def _middle(beam: Beam) -> Any:
-    """Centre of its disk, opaque: the compiled kernel serves an object wherever it is."""
-    return mi.Point3f(*(dr.opaque(mi.Float, each) for each in beam.centre))
+    return mi.Ray3f(beam.middle + place - away * way, way), area
 
 
 def _places(beam: Beam, way: Any, right: Any, up: Any) -> tuple[Any, Any]:
