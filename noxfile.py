@@ -129,6 +129,7 @@ FIGURES = (
     "python docs/live_pictures.py",
     "python benchmarks/experiments/docs/companions.py",
     "python benchmarks/control_loop.py --out docs/benchmarks/control-loop.json",
+    "python benchmarks/control_loop.py --tier fast --out docs/benchmarks/control-loop-fast.json",
     "python benchmarks/contact_tell.py --out docs/benchmarks/contact-tell.json --cases 6",
     "python benchmarks/frame_error.py --out docs/benchmarks/frame-error.json --objects ball --images 6",
     "python benchmarks/frame_error.py --out docs/benchmarks/frame-error-objects.json --objects punch,box,cylinder "

@@ -120,14 +120,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, help="JSON file to write")
     parser.add_argument("--scene", default="grip")
+    parser.add_argument("--tier", default="true", help="tier of the frames at quality control; those in full are true")
     parser.add_argument("--set", dest="settings", action="append", default=[])
     options = parser.parse_args()
     steps: dict[str, dict[str, list[Step]]] = {}
     images: dict[str, dict[str, list[np.ndarray]]] = {}
     try:
-        for quality in ("full", "control"):
+        for quality, tier in (("full", "true"), ("control", options.tier)):
             steps[quality], images[quality] = {}, {}
-            with live_sensor(options.scene, options.settings, workspace=SPACE, quality=quality) as live:
+            settings = [*options.settings, f"render.tier={tier}"]
+            with live_sensor(options.scene, settings, workspace=SPACE, quality=quality) as live:
                 profiles = untouched(live)
                 for pose in ((0.5, 0.0, 0.0), (-0.2, 0.0, 0.0)):
                     live.move_to(gap_mm=pose[0], x_mm=pose[1], twist_deg=pose[2])

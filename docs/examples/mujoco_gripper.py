@@ -18,7 +18,7 @@ from magicsim.scenes.scene import SceneConfig, load_scene
 
 RADIUS_M, MASS_KG, STAND_M = 0.010, 0.030, 0.006
 """Ball, and the stand that it lies on."""
-PICTURES = replace(CONTROL_QUALITY, name="pictures", render={}, bounds={}, camera={})
+PICTURES = replace(CONTROL_QUALITY, name="pictures", render={}, bounds={})
 """Solved as for control, rendered in full."""
 CLOSE_S, LIFT_S, HOLD_S = 0.25, 0.35, 0.25
 CLOSED_M, LIFTED_M = 0.0035, 0.015

@@ -16,27 +16,23 @@ class Quality:
     solve: Literal["full", "control"] = "full"
     """Lattice and solver, see `contact.quality`; full keeps the scene's own."""
     render: dict[str, Any] = field(default_factory=dict)
-    """Settings of `render`; the smaller number is taken where the scene's own is coarser still."""
+    """Settings of `render` for true frames; the smaller number is taken where the scene's own is coarser still."""
     bounds: dict[str, Any] = field(default_factory=dict)
     """Bounds of what `render` leaves out; the larger number is taken where the scene's own is coarser still."""
-    camera: dict[str, Any] = field(default_factory=dict)
-    """Settings of `rig.camera`, likewise bounds."""
     output: dict[str, Any] = field(default_factory=dict)
 
     def applied(self, scene: SceneConfig) -> SceneConfig:
         """The scene as it is solved and rendered at this quality; `ConfigError` where a coarser one is not allowed."""
-        if self.solve == "full" and not (self.render or self.bounds or self.camera or self.output):
+        if self.solve == "full" and not (self.render or self.bounds or self.output):
             return scene
         data = scene.model_dump()
         if self.solve != "full":
             data["contact"]["quality"] = self.solve
         data["output"] |= self.output
-        given = data["render"]
-        given |= {name: min(value, given[name]) for name, value in self.render.items()}
-        # A model of the fast tier knows the camera's own pixels, and renders no touch by them.
-        camera = self.camera if scene.render.tier == "true" else {}
-        for settings, bounds in ((given, self.bounds), (data["rig"]["camera"], camera)):
-            settings |= {name: max(value, settings[name]) for name, value in bounds.items()}
+        if scene.render.tier == "true":  # a fast tier's frames cost no more with a careful untouched image
+            given = data["render"]
+            given |= {name: min(value, given[name]) for name, value in self.render.items()}
+            given |= {name: max(value, given[name]) for name, value in self.bounds.items()}
         return validate(SceneConfig, data, source=f"quality '{self.name}'")
 
 
@@ -47,12 +43,12 @@ CONTROL_QUALITY = Quality(
     solve="control",
     render={"samples": 1, "particles": 8_000, "anchor_samples": 16, "anchor_particles": 400_000},
     bounds={"light_change": 0.025, "facet_mm": 1.0},
-    camera={"rendered_px": 2.0},
     output={"contact_mask": False, "displacements": False, "depth_map": False},
 )
-"""For control loops: coarser equilibria (`deform.quality`), a fifth of the triangles, a sixteenth of the camera samples
-in pixels twice as large, a third of the particles, which are traced in contact only where that changes light by some
-per cent, and no masks."""
+"""For control loops: coarser equilibria (`deform.quality`), a fifth of the triangles, one camera sample a pixel, a
+third of the particles, which are traced in contact only where that changes light by some per cent, and no masks.
+
+Pixels twice as large would be ready 1.3 times as fast, and their grain is taken for touches."""
 QUALITIES = {each.name: each for each in (FULL_QUALITY, CONTROL_QUALITY)}
 
 

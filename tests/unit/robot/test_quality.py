@@ -31,11 +31,15 @@ def test_control_is_coarser_and_never_finer_than_the_scene():
     assert found.contact == scene.contact.model_copy(update={"quality": "control"})
     assert found.design == scene.design
     assert found.render.facet_mm > scene.render.facet_mm
-    camera = found.rig.camera
-    assert camera.rendered_px > 1
-    assert (camera.columns, camera.rows) == (scene.rig.camera.columns, scene.rig.camera.rows)
-    assert found.rig.model_copy(update={"camera": scene.rig.camera}) == scene.rig
+    assert found.rig == scene.rig
     assert found.object == scene.object
+
+
+def test_on_the_fast_tier_mechanics_alone_are_coarser():
+    scene = load_scene("grip", ["render.tier=fast"])
+    found = CONTROL_QUALITY.applied(scene)
+    assert found.contact.quality == "control"
+    assert (found.render, found.rig) == (scene.render, scene.rig)
 
 
 def test_frames_for_control_hold_no_labels_that_take_time():
