@@ -98,7 +98,7 @@ def render(
 ) -> None:  # fmt: skip
     """Render one linear radiance image of a scene's frame, float32, (rows, columns, 3).
 
-    Without --samples or --particles it takes those of the scene's anchor. --basis renders one image for each light, as
+    Without --particles it takes the anchor's, without --samples 32 of them at most. --basis renders one image for each light, as
     arrays of an .npz file that `magicsim.light.relight` adds up with other strengths. --relative-error averages
     independent images, each with the scene's own samples, until the error estimated from their spread is below it.
     """
