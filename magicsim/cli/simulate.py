@@ -98,9 +98,10 @@ def render(
 ) -> None:  # fmt: skip
     """Render one linear radiance image of a scene's frame, float32, (rows, columns, 3).
 
-    Without --particles it takes the anchor's, without --samples 32 of them at most. --basis renders one image for each light, as
-    arrays of an .npz file that `magicsim.light.relight` adds up with other strengths. --relative-error averages
-    independent images, each with the scene's own samples, until the error estimated from their spread is below it.
+    Without --particles it takes the anchor's, without --samples 32 of them at most. --basis renders one image for each
+    light, as arrays of an .npz file that `magicsim.light.relight` adds up with other strengths. --relative-error
+    averages independent images, each with the scene's own samples, until the error estimated from their spread is
+    below it.
     """
     from magicsim.scenes.scene import load_scene
 

@@ -38,7 +38,7 @@ def columns_of(recipe: Recipe) -> list[Column]:
     error = {"relative_error": json.dumps(force_error(recipe))}  # null is one that is not known
     return [
         *(replace(each, metadata=error) if each.name == "force_n" else each for each in PARTS["moment"]),
-        *_large(recipe, (camera.rows, camera.columns)),
+        *_large(recipe, (camera.window.rows, camera.window.columns)),
         *PARTS["object"],
         *([led] if strips else []),  # lists of no numbers are written, but cannot be read
         *PARTS["surroundings"],

@@ -15,7 +15,7 @@ from magicsim.camera.exposure import check_codec
 from magicsim.config.documents import dotted, read_toml
 from magicsim.config.program import versions
 from magicsim.dataset.assembly import Assembly
-from magicsim.dataset.card import dataset_card
+from magicsim.dataset.card import dataset_card, tier_sentence
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.manifest import CALIBRATION, CARD, CONFIG, FOLDER, SENSORS, Manifest, with_files
 from magicsim.dataset.recipes.draw import Drawn, DrawnEpisode, draw_episodes, draw_sensors, sensor_of
@@ -23,13 +23,14 @@ from magicsim.dataset.recipes.estimate import Cost, estimate
 from magicsim.dataset.recipes.recipe import Recipe
 from magicsim.dataset.rows import SampleTask, at_force, nominal_calibration, sensors_table, simulate_sample
 from magicsim.dataset.shard import Column, schema_of_columns
-from magicsim.emulator.emulator import OFF
+from magicsim.emulator.emulator import EMULATED, OFF
 from magicsim.errors import ConvergenceError, MagicsimError, OutputError, RenderError
 from magicsim.folder.ledger import RESUMABLE
 from magicsim.folder.target import output_errors, sole_writer
 from magicsim.scenes.timeline import TierError
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 from magicsim.workers.attempt import Work, WorkerOptions, choose_workers
+from magicsim.workers.run_folder import log_failures
 from magicsim.workers.tasks import dealt, run_tasks
 
 NOT_IN_ROWS, MOST_KEYS = frozenset({"episodes", "license", "timeout_s"}), 8
@@ -199,12 +200,14 @@ def _another(recipe: Recipe, out: Path) -> str:
 
 
 def _tell_tier(recipe: Recipe, assembly: Assembly, columns: list[Column]) -> None:
-    """Puts into the card how far the frames that were checked are off true ones."""
-    names = [f"tier_{name}" for name in TierError._fields]
+    """Puts into the card how many touches were emulated, and how far those that were checked are off true ones."""
+    names = ["contact", "image_way", *(f"tier_{name}" for name in TierError._fields)]
     tables = [pq.read_table(assembly.out / entry.file, columns=names) for entry in assembly.manifest.shards]
     rows = [row for table in tables for row in zip(*(table[name].to_pylist() for name in names), strict=True)]
-    checked = [TierError(*row) for row in rows if not math.isnan(row[0])]
-    card = dataset_card(recipe, columns, assembly.manifest.versions, checked).encode()
+    ways = [way for is_touch, way, *_ in rows if is_touch]
+    checked = [TierError(*error) for _, _, *error in rows if not math.isnan(error[0])]
+    tier = tier_sentence(ways.count(EMULATED.image), len(ways), list(dict.fromkeys(checked)))  # held frames are one
+    card = dataset_card(recipe, columns, assembly.manifest.versions, tier).encode()
     assembly.manifest = with_files(assembly.manifest, assembly.ledger, {CARD: card})
 
 
@@ -225,9 +228,10 @@ def _complete(
     frames = 0
     with closing(run_tasks(simulator.function, tasks, options, prepare=simulator.prepare)) as outcomes:
         for done, outcome in enumerate(outcomes if total else (), 1):
-            assembly.take(outcome)
             if not outcome.succeeded and outcome.failures[-1].message.startswith(OFF):
+                log_failures(assembly.out, "episode", outcome.key, outcome.failures)  # no episode that is done with
                 raise RenderError(f"episode {outcome.key}: {outcome.failures[-1].message}")
+            assembly.take(outcome)
             added = recipe.references + episodes[outcome.key].scene.frame_count if outcome.succeeded else 0
             frames += added
             progress(

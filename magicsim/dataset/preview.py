@@ -90,9 +90,9 @@ def preview_recipe(recipe: Recipe, out: Path, count: int, options: WorkerOptions
         "estimated_hours": round(cost.seconds(usable_cores()) / 3600, 3),
         "estimated_megabytes": round(cost.bytes / 1e6, 1),
     }
-    camera = metering.rig.camera
+    window = metering.rig.camera.window
     tiles = [(images.get(each.index), captions(each)) for each in chosen]
-    sheet = contact_sheet(tiles, ENLARGE * camera.rows, ENLARGE * camera.columns, note=QUALITY)
+    sheet = contact_sheet(tiles, ENLARGE * window.rows, ENLARGE * window.columns, note=QUALITY)
     write_preview(out, cv2.imencode(".png", sheet[:, :, ::-1])[1].tobytes(), statistics)
     return Preview(
         samples=len(images),

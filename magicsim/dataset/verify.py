@@ -15,14 +15,13 @@ from magicsim.dataset.manifest import CONFIG, FOLDER, MANIFEST, PREVIEW_FILES, M
 from magicsim.dataset.preview import changed_preview
 from magicsim.dataset.recipes.recipe import Recipe, load_recipe
 from magicsim.dataset.shard import decoded_png
+from magicsim.deform.quality import SOLVE_QUALITIES
 from magicsim.errors import MagicsimError
 from magicsim.folder.ledger import WORK
 from magicsim.folder.listing import files_below, sha256_of
 from magicsim.folder.target import is_lock
 from magicsim.workers.run_folder import ERRORS, changed_lines
 
-BALANCE = 1e-6
-"""Largest relative difference between contact force and reaction, as the solver accepts it."""
 MADE_BY = ("config_hash", "version", "variant")
 """Columns that say what made a row."""
 TAXEL_ROUNDING = 1e-9
@@ -52,9 +51,9 @@ def verify_dataset(folder: Path) -> Verification:
     problems = [*_itself(folder, manifest), *_files(folder, manifest), *_strangers(folder, manifest)]
     problems += [f"{ERRORS}: line {number} has changed since it was written" for number in changed_lines(folder)]
     problems += [f"{name}: changed since it was written" for name in changed_preview(folder)]
-    samples = 0
+    samples, balance = 0, _largest_balance(folder)
     for entry in manifest.shards:
-        wrong = list(_shard(folder, entry, manifest))
+        wrong = list(_shard(folder, entry, manifest, balance))
         samples += entry.rows if not wrong else 0
         problems += wrong
     return Verification(
@@ -123,7 +122,16 @@ def _strangers(folder: Path, manifest: Manifest) -> Iterator[str]:
         yield f"{name}: not in the manifest" + ("" if manifest.is_complete else " yet; --resume finishes it")
 
 
-def _shard(folder: Path, entry: ShardEntry, manifest: Manifest) -> Iterator[str]:
+def _largest_balance(folder: Path) -> float:
+    """Largest relative difference between contact force and reaction, as the recipe's solver accepts it."""
+    try:
+        quality = load_recipe(folder / CONFIG).contact.quality
+    except MagicsimError:
+        quality = "full"  # `_files` tells that the recipe has changed
+    return SOLVE_QUALITIES[quality].newton.largest_balance
+
+
+def _shard(folder: Path, entry: ShardEntry, manifest: Manifest, balance: float) -> Iterator[str]:
     path = folder / entry.file
     if not path.is_file():
         yield f"{entry.file}: missing"
@@ -133,12 +141,12 @@ def _shard(folder: Path, entry: ShardEntry, manifest: Manifest) -> Iterator[str]
         return
     try:
         with pq.ParquetFile(path) as file:
-            yield from (f"{entry.file}: {problem}" for problem in _rows(file, entry, manifest))
+            yield from (f"{entry.file}: {problem}" for problem in _rows(file, entry, manifest, balance))
     except (pa.ArrowException, OSError, KeyError) as error:
         yield f"{entry.file}: cannot be read: {' '.join(str(error).split())}"
 
 
-def _rows(file: pq.ParquetFile, entry: ShardEntry, manifest: Manifest) -> Iterator[str]:
+def _rows(file: pq.ParquetFile, entry: ShardEntry, manifest: Manifest, balance: float) -> Iterator[str]:
     plain = ["episode", "step", *MADE_BY, "contact", "force_n", "force_balance", "min_jacobian"]
     table = file.read(columns=[name for name in plain if name in file.schema_arrow.names])
     episodes = table["episode"].to_pylist()
@@ -153,7 +161,7 @@ def _rows(file: pq.ParquetFile, entry: ShardEntry, manifest: Manifest) -> Iterat
             yield f"holds rows that other code made than the manifest says: {name} {differing or other}"
     if {"force_n", "force_balance"} <= set(table.column_names):  # of simulated rows
         force = np.array(table["force_n"].to_pylist())
-        if not np.isfinite(force).all() or (np.array(table["force_balance"]) > BALANCE).any():
+        if not np.isfinite(force).all() or (np.array(table["force_balance"]) > balance).any():
             yield "holds rows whose force is not finite or not balanced"
         if ((np.linalg.norm(force, axis=1) > 0) != np.array(table["contact"])).any():
             yield "holds rows whose contact flag contradicts their force"

@@ -6,6 +6,10 @@ from typing import Any
 
 from magicsim.geometry.design import ElastomerDesign
 
+MAX_BALANCE, BALANCE_SHARE = 1e-6, 100.0
+"""Largest relative difference between contact force and reaction that is accepted, and that in units of the residual
+that ends the iterations, where this is more: assumed."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NewtonOptions:
@@ -47,6 +51,11 @@ class NewtonOptions:
     """Shortenings of one Newton step."""
     keeps_factors: bool = True
     """Whether a factor serves as long as it does well; otherwise every iteration has its own."""
+
+    @property
+    def largest_balance(self) -> float:
+        """Largest relative difference between contact force and reaction that is accepted."""
+        return max(MAX_BALANCE, BALANCE_SHARE * self.residual)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,7 +17,7 @@ from magicsim.distil.examples import Example, ExampleTask, is_held_out, render_e
 from magicsim.distil.network import find_torch, to_onnx
 from magicsim.distil.training import Library, Training, train
 from magicsim.emulator.model import ALL, ErrorRow, Interval, ModelFacts, TouchModel, coarse, rest_key, sensor_facts
-from magicsim.errors import OutputError
+from magicsim.errors import ConfigError, OutputError
 from magicsim.folder.ledger import RESUMABLE, Ledger
 from magicsim.folder.result import result_file
 from magicsim.folder.target import output_errors, sole_writer
@@ -73,10 +73,12 @@ def distil(
         progress: Told as work ends.
 
     Raises:
-        ConfigError: PyTorch or ONNX is not installed, or the recipe draws what is not allowed.
+        ConfigError: PyTorch or ONNX is not installed, or the recipe draws what is not allowed or is of the fast tier.
         OutputError: A folder is not ours, or nothing of the recipe touches.
     """
     find_torch()
+    if recipe.render.tier == "fast":
+        raise ConfigError("render.tier = 'fast' is not allowed: a model is distilled from true frames")
     start = time.perf_counter()
     FOLDER.check(work, resume=resume)
     with output_errors(work, then=RESUMABLE), sole_writer(work):

@@ -108,10 +108,14 @@ def known_model(
     Raises:
         ConfigError: The named file does not exist or is not a model.
     """
-    if design.is_opaque or design.face is not None:
-        return "faces with a coat or a shape are none that a model knows"
-    if contact.coupling != "wet" or contact.rate_dependent:
-        return "contact.coupling = 'dry' and contact.rate_dependent = true are none that a model knows"
+    for is_unknown, what in (
+        (design.is_opaque or design.face is not None, "a face with a coat or a shape"),
+        (contact.coupling != "wet", "contact.coupling = 'dry'"),
+        (contact.rate_dependent or contact.keeps_dent, "a material that relaxes or yields"),
+        (rig.camera.region_px is not None or rig.camera.glare is not None, "a picture with camera.region_px or glare"),
+    ):
+        if is_unknown:
+            return f"{what} is none that a model knows"
     model, reason = find_model(settings.model, design, rig)
     if model is None:
         return reason

@@ -134,6 +134,7 @@ class Session:
         self._told("building the block and its lattice")
         live = LiveSensor(scene, workspace=self.workspace, quality=self.quality, told=self._told)
         live.set_exposure_grey(wish.exposure_grey)
+        live.set_led_strength(*wish.led_strength)
         return live
 
     def _learn(self, live: LiveSensor) -> None:

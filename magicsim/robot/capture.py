@@ -96,10 +96,10 @@ class SimulatedCapture:
         """A property by OpenCV's number; 0 for those that the sensor does not have, -1 when closed."""
         if not self.isOpened():
             return -1.0
-        camera = self._sensor.sensor.rig.camera
+        window = self._sensor.sensor.rig.camera.window
         values = {
-            cv2.CAP_PROP_FRAME_WIDTH: camera.columns,
-            cv2.CAP_PROP_FRAME_HEIGHT: camera.rows,
+            cv2.CAP_PROP_FRAME_WIDTH: window.columns,
+            cv2.CAP_PROP_FRAME_HEIGHT: window.rows,
             cv2.CAP_PROP_FPS: self._sensor.frames_per_second,
             cv2.CAP_PROP_POS_FRAMES: self._sensor.frame_index,
             cv2.CAP_PROP_POS_MSEC: 1000 * self._sensor.time_s,

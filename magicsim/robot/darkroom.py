@@ -13,6 +13,7 @@ from magicsim.camera.camera import Camera
 from magicsim.camera.stream import CameraMemory, Instant
 from magicsim.config.models import validate
 from magicsim.deform.deformation import Deformation
+from magicsim.errors import ConfigError
 from magicsim.geometry.limits import PressLimits
 from magicsim.scenes.rig import DARK, Rig
 from magicsim.scenes.scene import OutputSettings
@@ -117,6 +118,10 @@ class Darkroom:
         full = self._radiance(moment.state, moment.deformation)
         if moment.led_strength == FULL:
             return full
+        if moment.state.facing_mm is not None:
+            raise ConfigError(
+                f"LED strength = {moment.led_strength} is not allowed before another finger, whose light it would scale"
+            )
         strength = np.array(moment.led_strength, np.float32)
         if not moment.state.flashlight and self._by_strips is self:
             return full * strength

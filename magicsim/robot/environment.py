@@ -300,7 +300,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         limits = [[self.reach.width_at_mm(gap) for gap in self.reach.gap_mm], self.reach.finger_mm]
         low, high = np.array([*limits, (-speed, speed), (-speed, speed)], np.float32).T
         slack = 1e-3  # of rounding in float32
-        image = spaces.Box(0, 255, (camera.rows, camera.columns, 3), np.uint8)
+        image = spaces.Box(0, 255, (camera.window.rows, camera.window.columns, 3), np.uint8)
         proprioception = spaces.Box(low - np.float32(slack), high + np.float32(slack), dtype=np.float32)
         return spaces.Dict({**dict.fromkeys(self._images, image), "proprioception": proprioception})
 

@@ -5,6 +5,7 @@ from typing import Any, Literal
 
 from magicsim.config.models import validate
 from magicsim.errors import ConfigError, unknown_choice
+from magicsim.light.records.untouched import OPTICAL_SETTINGS
 from magicsim.scenes.scene import SceneConfig
 
 
@@ -16,7 +17,7 @@ class Quality:
     solve: Literal["full", "control"] = "full"
     """Lattice and solver, see `contact.quality`; full keeps the scene's own."""
     render: dict[str, Any] = field(default_factory=dict)
-    """Settings of `render` for true frames; the smaller number is taken where the scene's own is coarser still."""
+    """Settings of `render`; the smaller number is taken where the scene's own is coarser still."""
     bounds: dict[str, Any] = field(default_factory=dict)
     """Bounds of what `render` leaves out; the larger number is taken where the scene's own is coarser still."""
     output: dict[str, Any] = field(default_factory=dict)
@@ -29,10 +30,10 @@ class Quality:
         if self.solve != "full":
             data["contact"]["quality"] = self.solve
         data["output"] |= self.output
-        if scene.render.tier == "true":  # a fast tier's frames cost no more with a careful untouched image
-            given = data["render"]
-            given |= {name: min(value, given[name]) for name, value in self.render.items()}
-            given |= {name: max(value, given[name]) for name, value in self.bounds.items()}
+        # Frames of the fast tier cost no more with a careful untouched image.
+        given, kept = data["render"], OPTICAL_SETTINGS if scene.render.tier == "fast" else frozenset()
+        for coarser, values in ((min, self.render), (max, self.bounds)):
+            given |= {name: coarser(value, given[name]) for name, value in values.items() if name not in kept}
         return validate(SceneConfig, data, source=f"quality '{self.name}'")
 
 

@@ -69,6 +69,8 @@ class Emulation:
             self._refuse(sensor, emulator)
             return None
         if not state.can_touch or deformation.is_rest:
+            if state.gap_mm is not None and 0 <= state.gap_mm < LIFTED_MM:  # where true frames count it as touching
+                state = before_contact(state)
             if self.near is None:
                 self.near = NearViews(sensor.renderer)
             near = self.near.radiance(sensor.view(state, deformation))

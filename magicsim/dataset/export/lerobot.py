@@ -156,8 +156,7 @@ def _write_meta(
     paths: list[str],
     frames: int,
 ) -> None:
-    camera, fps = source.recipe.rig.camera, source.recipe.frames_per_second
-    shape = [camera.rows, camera.columns, 3]
+    fps, shape = source.recipe.frames_per_second, [*source.frame_size, 3]
     info = {
         "codebase_version": "v3.0",
         "robot_type": "mini-magictac",

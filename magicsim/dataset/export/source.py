@@ -73,8 +73,8 @@ class Source:
         """Rows and columns of its frames [px]."""
         if self.recorded is not None:
             return self.recorded.rows, self.recorded.columns
-        camera = self.recipe.rig.camera
-        return camera.rows, camera.columns
+        window = self.recipe.rig.camera.window
+        return window.rows, window.columns
 
     @property
     def frames_per_second(self) -> float | None:

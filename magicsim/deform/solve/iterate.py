@@ -65,8 +65,6 @@ def evaluated(problem: Problem, surface: Surface, positions: Array, pressure: Ar
     )
 
 
-MAX_BALANCE = 1e-6
-"""Largest relative difference between contact force and reaction that is accepted: assumed."""
 LEAST_LIFT = 0.01
 """Pressures that push back, in units of their sum over all points of the face, below which the object has pierced it:
 what is left squeezes its flanks; assumed."""
@@ -146,7 +144,7 @@ def report(problem: Problem, effort: Effort) -> str:
         f"{effort.cutbacks} halved steps and {effort.restarts} restarts: residual {iterate.residual:.2g} (at most "
         f"{options.residual:g}), min J {iterate.elastic.min_jacobian:.3g} (above 0), penetration "
         f"{iterate.contact.max_penetration_mm:.3g} mm (at most {options.tolerance_mm:g} mm), force balance "
-        f"{force_balance(problem, iterate):.2g} (at most {MAX_BALANCE:g}), friction limits off by "
+        f"{force_balance(problem, iterate):.2g} (at most {options.largest_balance:g}), friction limits off by "
         f"{iterate.mismatch:.2g} (at most {options.slip_mismatch:g})"
     )
 

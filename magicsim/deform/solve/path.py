@@ -23,7 +23,6 @@ from magicsim.deform.solve.condensed import Condenser
 from magicsim.deform.solve.factorise import on_one_blas_thread
 from magicsim.deform.solve.iterate import (
     LEAST_LIFT,
-    MAX_BALANCE,
     Effort,
     Iterate,
     Progress,
@@ -56,8 +55,6 @@ RECOVERED_MM = 5e-4
 RAISED_MM = 0.05
 """How far below the contact face an object waits that has left it [mm]."""
 ROUNDING = 1e-9
-BALANCE_SHARE = 100.0
-"""Largest force balance in units of the residual that ends the iterations, where that is not `MAX_BALANCE`'s."""
 EDGE_STEP_SHARE = 0.5
 """Load steps at edges with friction in units of others: in one of 0.5 mm points cross an edge that hold there in
 shorter ones (a box of 4 mm turned by 20 degrees: torque 36 % too large, 0.8 % in half of it)."""
@@ -336,10 +333,9 @@ class ContactSolver:
         return None if strides.gave_up else state
 
     def _is_valid(self, problem: Problem, iterate: Iterate, indenter: Indenter) -> bool:
-        balance = max(MAX_BALANCE, BALANCE_SHARE * problem.options.residual)
         return (
             has_converged(problem, iterate)
-            and force_balance(problem, iterate) <= balance
+            and force_balance(problem, iterate) <= problem.options.largest_balance
             and has_settled(iterate.elastic.table)
             and not (self._has_passed_through(iterate) and self.can_touch(indenter))
         )

@@ -41,7 +41,8 @@ class NearViews:
             return None
         if not renderer.is_anchored or renderer.elastomer.design.is_opaque or finish.is_ghost:
             return None
-        if VARIANT == CUDA_VARIANT and finish.specular > 0:  # what it mirrors needs two scenes at once
+        # What a mirror shows needs two scenes at once, and `NearObject.matt` knows one colour.
+        if finish.specular > 0 and (VARIANT == CUDA_VARIANT or finish.vertex_colors):
             return None
         if placed is None and light_x_mm is None and view.passing_mm is None:
             return None
@@ -49,6 +50,7 @@ class NearViews:
         if placed is not None and light_x_mm is not None and placed[:, 2].max() < -lamp_mm:
             return None  # behind the flashlight
         renderer.check_room(shown, placed)
+        renderer.light(View())  # a dent may have been shown in it
         transport = renderer.of_sensor("near", self._transport)
         lamp = self._lamp_light(transport, light_x_mm) if light_x_mm is not None else None
         passing = renderer.passing_light(view.passing_mm) if view.passing_mm is not None else None
@@ -80,5 +82,5 @@ class NearViews:
                 transport.world, transport.rest.paths, outside, transport.into, transport.brought, lamp=lamp,
                 light_x_mm=light_x_mm, particles=LAMP_PARTICLES * renderer.settings.particles,
                 seed=renderer.settings.anchor_seed,
-            ), of=f"{lamp!r} {light_x_mm}",
+            ), of=f"{lamp!r} {light_x_mm} {renderer.settings.particles}",
         )  # fmt: skip

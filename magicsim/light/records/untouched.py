@@ -47,9 +47,9 @@ OPTICAL_CAMERA = frozenset(
 )
 """What the radiance depends on; the rest of the camera comes after it."""
 
-OPTICAL_SETTINGS = {
-    "estimator", "forward_collisions", "facet_mm", "anchor_samples", "anchor_particles", "anchor_seed",
-}  # fmt: skip
+OPTICAL_SETTINGS = frozenset(
+    {"estimator", "forward_collisions", "facet_mm", "anchor_samples", "anchor_particles", "anchor_seed"}
+)
 """What it depends on of the rendering; a frame's own samples, particles and seed are none of it."""
 
 
@@ -92,7 +92,7 @@ def untouched_key(design: ElastomerDesign, rig: Rig, settings: RenderSettings) -
         _digest(rig),
         design.markers.digest() if isinstance(design.markers, PictureMarkers) else None,
         rig.camera.model_dump(mode="json", include=set(OPTICAL_CAMERA)),
-        settings.model_dump(mode="json", include=OPTICAL_SETTINGS),
+        settings.model_dump(mode="json", include=set(OPTICAL_SETTINGS)),
     ]
     if isinstance(design.face, HeightMap):
         data.append(file_hashes(design.face.model_dump(mode="json")))

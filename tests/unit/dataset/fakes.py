@@ -56,6 +56,11 @@ def mixed_rows(task: SampleTask) -> bytes:
     return fake_rows(task, lambda row, _: row.update(other))
 
 
+def loose_rows(task: SampleTask) -> bytes:
+    """Rows whose forces are balanced to a thousandth."""
+    return fake_rows(task, lambda row, _: row.update(force_balance=1e-3))
+
+
 def fake_rows(task: SampleTask, change: Callable[[dict, int], None] | None = None) -> bytes:
     """Rows with the right columns, content from the episode's seed, after a short while."""
     episode, count = task.episode, task.episode.scene.frame_count + task.episode.scene.references

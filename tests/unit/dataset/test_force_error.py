@@ -26,6 +26,23 @@ def test_parts_add_up_by_squares_and_textures_are_worse() -> None:
     assert textured["lattice"][1] > found["lattice"][1]
 
 
+def test_labels_of_control_are_stated_to_be_too_high_and_images_of_the_fast_tier_as_its_own() -> None:
+    control = load_recipe("default", ["contact.quality=control", "render.tier=fast"])
+    full, columns = load_recipe("default"), columns_of(control)
+    assert "quality" not in force_error(full)
+    assert force_error(control)["total"][0] < force_error(full)["total"][0] < 0  # type: ignore[index]
+    card = dataset_card(control, columns, {})
+    assert "quality -9% to +0%" in card
+    assert "fast tier's error" in card
+    assert "samples a pixel" not in card
+
+
+def test_region_is_what_columns_and_readers_are_told_of() -> None:
+    recipe = load_recipe("default", ["rig.camera.region_px=[4,8,32,48]", "labels.depth_map=true"])
+    depth = next(each for each in columns_of(recipe) if each.name == "depth_map_mm")
+    assert depth.feature["shape"] == [48, 32]
+
+
 def test_files_and_card_state_it() -> None:
     recipe = load_recipe("default")
     columns = columns_of(recipe)

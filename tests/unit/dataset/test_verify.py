@@ -5,13 +5,16 @@ from pathlib import Path
 
 import pytest
 
+from magicsim.dataset.generate import generate_dataset
 from magicsim.dataset.manifest import CONFIG, MANIFEST
 from magicsim.dataset.preview import write_preview
 from magicsim.dataset.verify import verify_dataset
 from magicsim.errors import OutputError
 from magicsim.folder.listing import sealed
-from magicsim.workers.attempt import Failure, FailureKind
+from magicsim.workers.attempt import Failure, FailureKind, Work
 from magicsim.workers.run_folder import ERRORS, log_failures
+
+from .fakes import loose_rows, small_recipe
 
 
 @pytest.fixture
@@ -23,6 +26,14 @@ def test_dataset_as_it_was_written_has_no_problems(whole: Path):
     found = verify_dataset(whole)
     assert (found.problems, found.complete, found.failed) == ([], True, 0)
     assert found.samples > 40
+
+
+@pytest.mark.parametrize("quality", ["full", "control"])
+def test_forces_are_balanced_as_well_as_the_recipes_solver_has_them(tmp_path: Path, in_process: None, quality: str):
+    recipe = small_recipe("episodes=2", f"contact.quality={quality}")
+    generate_dataset(recipe, tmp_path / "set", simulator=Work(function=loose_rows, prepare=None))
+    problems = {each.partition(": ")[2] for each in verify_dataset(tmp_path / "set").problems}
+    assert problems == ({"holds rows whose force is not finite or not balanced"} if quality == "full" else set())
 
 
 @pytest.mark.parametrize("seed", range(6))

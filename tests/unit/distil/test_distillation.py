@@ -114,6 +114,15 @@ def test_a_start_that_does_not_fit_is_one_line():
             start_from(network, model)
 
 
+def test_a_recipe_of_the_fast_tier_is_refused(tmp_path):
+    pytest.importorskip("torch")
+    pytest.importorskip("onnx")
+    recipe = load_recipe("distil", [*SMALL, "render.tier=fast"])
+    with pytest.raises(ConfigError, match=r"^render\.tier = 'fast' is not allowed: a model is distilled from true"):
+        distil(recipe, tmp_path / "a.touch", tmp_path / "b", options=OPTIONS, training=Training())
+    assert not (tmp_path / "b").exists()
+
+
 def test_without_pytorch_one_line_says_what_to_install(recipe, tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "torch", None)
     with pytest.raises(ConfigError, match=r"pip install 'magicsim\[distil\]'"):

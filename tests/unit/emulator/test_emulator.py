@@ -218,8 +218,20 @@ def test_what_is_not_known_is_rendered_with_a_line_or_refused(fast, pressed, cap
     assert f"true frames in place of fast ones: {line}" in caplog.text
     with pytest.raises(ConfigError, match=rf"render\.tier = 'fast' is not allowed here: {line}"):
         fast('render.outside_domain="refuse"', **deep).render(at(-1.0), pressed)
-    with pytest.raises(ConfigError, match=r"contact\.coupling = 'dry'"):
-        fast("contact.coupling=dry", 'render.outside_domain="refuse"').render(at(-1.0), pressed)
+    for setting, what in (
+        ("contact.coupling=dry", r"contact\.coupling = 'dry'"),
+        ("contact.infill_yield_mpa=0.1", "a material that relaxes or yields"),
+        ("rig.camera.region_px=[8,8,16,16]", r"a picture with camera\.region_px or glare"),
+        ("rig.camera.glare={share=0.1}", r"a picture with camera\.region_px or glare"),
+    ):
+        with pytest.raises(ConfigError, match=what):
+            fast(setting, 'render.outside_domain="refuse"').render(at(-1.0), pressed)
+
+
+def test_an_object_that_just_touches_the_face_is_shown_as_one_just_before_it(fast):
+    sensor = fast('render.outside_domain="refuse"')
+    for gap_mm in (0.0, 0.0005):
+        assert sensor.render(at(gap_mm), sensor.rest)[1] == COMPRESSED
 
 
 def test_stiffness_and_lattice_are_none_of_what_a_model_asks_for(rest, tmp_path):
@@ -304,10 +316,11 @@ def test_a_frame_that_is_too_far_off_is_an_error(fast, pressed):
 
 
 def test_the_card_of_a_dataset_says_how_far_its_frames_are_off():
-    sentence = tier_sentence([TierError(0.5, 2.0, 4.0), TierError(0.7, 3.0, 6.0)])
-    assert "2 of them" in sentence
+    sentence = tier_sentence(30, 40, [TierError(0.5, 2.0, 4.0), TierError(0.7, 3.0, 6.0)])
+    assert sentence.startswith("30 of 40 pictures of touches are emulated, all others true")
+    assert "2 of the emulated ones" in sentence
     assert "0.60 linear grey levels in the mean, 95 % of values by less than 2.5, 99 % by less than 5.0" in sentence
-    assert "none of them" in tier_sentence([])
+    assert "None of them" in tier_sentence(0, 3, [])
 
 
 @pytest.mark.slow
@@ -327,8 +340,9 @@ def test_a_dataset_of_emulated_touches_names_them_and_stops_where_they_are_wrong
         monkeypatch.setattr("magicsim.dataset.generate.run_tasks", here)
         out = tmp_path / f"{error:g}"
         if error < 1:
-            with pytest.raises(RenderError, match=f"episode 0: {OFF}"):
-                generate_dataset(recipe, out, simulator=simulator)
+            for resume in (False, True, True):  # an episode that stopped the run is not done with
+                with pytest.raises(RenderError, match=f"episode 0: {OFF}"):
+                    generate_dataset(recipe, out, simulator=simulator, resume=resume)
             break
         generate_dataset(recipe, out, simulator=simulator)
         rows = [each for file in (out / "data").glob("*.parquet") for each in pq.read_table(file).to_pylist()]
@@ -337,7 +351,9 @@ def test_a_dataset_of_emulated_touches_names_them_and_stops_where_they_are_wrong
         assert {each["image_way"] for each in touched} == {"emulated"}
         assert all(each["tier_mean"] > 0 for each in touched)
         assert all(np.isnan(each["tier_mean"]) for each in rows if not each["contact"])
-        assert f"{len(touched)} of them, drawn at random" in (out / "README.md").read_text()
+        card = (out / "README.md").read_text()
+        assert f"{len(touched)} of {len(touched)} pictures of touches are emulated" in card
+        assert f"{len(touched)} of the emulated ones, drawn at random" in card
         assert verify_dataset(out).problems == []
 
 

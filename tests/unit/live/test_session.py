@@ -89,7 +89,9 @@ def test_recording_is_an_episode_that_can_be_simulated_again(session: Session, t
 
 
 def test_another_design_is_built_and_the_object_waits_outside(session: Session):
+    session.go(replace(session.now, led_strength=(0.5, 1.0, 1.0)))
     sight = session.go(replace(session.now, design=(1.0, 5.0, 0.8, 0.1)))
     assert sight.refusal is None
+    assert session.live.now().led_strength == (0.5, 1.0, 1.0)
     assert session.scene.design.skin_mm == 1.0
     assert sight.wish.design[0] == 1.0

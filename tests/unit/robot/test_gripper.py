@@ -157,6 +157,15 @@ def test_each_finger_sees_the_other_behind_the_object(seeing: Gripper):
         assert one.image.mean() > other.image.mean() + 2
 
 
+def test_lights_of_one_finger_are_not_told_from_the_others(seeing: Gripper):
+    seeing.reset(seed=4)
+    seeing.close(seeing.touching_width_mm + 4)
+    seeing.upper.set_led_strength(0.5, 1, 1)
+    with pytest.raises(ConfigError, match=r"LED strength = \(0\.5, 1\.0, 1\.0\) is not allowed before another finger"):
+        seeing.frames()
+    seeing.upper.set_led_strength(1, 1, 1)
+
+
 def test_unlike_fingers_know_each_other(gripper: Gripper):
     assert gripper.upper.sensor.opposite is gripper.lower.sensor.opposite is None
     with Gripper(block(), workspace=SPACE, lower=block("design.materials.body.youngs_modulus_mpa=0.5")) as unlike:

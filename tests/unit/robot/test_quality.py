@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.errors import ConfigError
+from magicsim.light.records.untouched import untouched_key
 from magicsim.robot.live import live_sensor
 from magicsim.robot.quality import CONTROL_QUALITY, FULL_QUALITY, QUALITIES, find_quality
 from magicsim.scenes.scene import load_scene
@@ -35,11 +36,12 @@ def test_control_is_coarser_and_never_finer_than_the_scene():
     assert found.object == scene.object
 
 
-def test_on_the_fast_tier_mechanics_alone_are_coarser():
+def test_on_the_fast_tier_the_untouched_image_is_the_careful_one():
     scene = load_scene("grip", ["render.tier=fast"])
     found = CONTROL_QUALITY.applied(scene)
     assert found.contact.quality == "control"
-    assert (found.render, found.rig) == (scene.render, scene.rig)
+    assert untouched_key(found.design, found.rig, found.render) == untouched_key(scene.design, scene.rig, scene.render)
+    assert found.render.samples == 1
 
 
 def test_frames_for_control_hold_no_labels_that_take_time():
