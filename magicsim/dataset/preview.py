@@ -231,7 +231,7 @@ def metering_scene(recipe: Recipe, episode: DrawnEpisode) -> SceneConfig:
 
 def _coarse(data: dict[str, Any]) -> SceneConfig:
     camera, lattice, render = data["rig"]["camera"], data["design"]["lattice"], data["render"]
-    camera |= {"compression": None}  # blocks of 8 pixels are large here
+    camera |= {"compression": None, "region_px": None}  # blocks of 8 pixels are large here; whole images are shown
     camera |= {"rows": max(8, camera["rows"] // SHRINK), "columns": max(8, camera["columns"] // SHRINK)}
     camera["principal_offset_px"] = tuple(each / SHRINK for each in camera["principal_offset_px"])
     lattice |= {"spacing_mm": max(SPACING_MM, lattice["spacing_mm"] or 0.0), "cells_across": 0}

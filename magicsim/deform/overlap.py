@@ -67,7 +67,7 @@ def burial_fault(lattice: Lattice, indenter: Indenter) -> str | None:
     """Why an object that touches is pressed too deep for any equilibrium, or for its lattice; None where it is not."""
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     reach = np.array([indenter.shape.support_mm(axis) for axis in axes])
-    extent, depth = float((reach[:3] + reach[3:]).max()), indenter.top_mm()
+    extent, depth = float((reach[:3] + reach[3:]).max()), indenter.depth_mm(lattice.face, lattice.footprint_mm)
     if depth <= MOST_EXTENTS * extent * (1 + 1e-9):
         spacing = min(float(np.diff(planes).min()) for planes in lattice.planes_mm[:2])
         radius = extent / 2

@@ -18,7 +18,7 @@ from magicsim.config.models import validate
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.fit.strengths import Strengths
 from magicsim.folder import result_file
-from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
+from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT, RING
 from magicsim.scenes.rig import BRIGHTEST, FAINTEST
 from magicsim.scenes.scene import SceneConfig
 
@@ -134,7 +134,7 @@ def fitted_scene(
 ) -> SceneConfig:
     """A scene whose untouched sensor meters to the observed grey levels, `untouched` of shape (rows, columns, 3).
 
-    Strengths are scaled so that the strips keep the rig's mean radiance: exposure and strength are known as a product
+    Strengths are scaled so that the lamps keep the rig's mean radiance: exposure and strength are known as a product
     alone. White balance is off, since the strengths now hold each colour's own level.
     """
     strips = [strength for (name, _), strength in strengths.items() if name not in {FLASHLIGHT, ENVIRONMENT}]
@@ -149,13 +149,13 @@ def fitted_scene(
     signal = float(np.mean((np.clip(untouched, 0, 255) / 255) ** gamma))
     changed = with_values(scene, values)
     data = changed.rig.model_dump(mode="json")
-    lights = [scaled(f"strip{place}", strip.radiance) for place, strip in enumerate(rig.strips)]
-    *strip_radiances, flashlight, ambient = _allowed(
-        [*lights, scaled(FLASHLIGHT, rig.flashlight.radiance), scaled(ENVIRONMENT, rig.ambient)]
-    )
-    for strip, radiance in zip(data["strips"], strip_radiances, strict=True):
-        strip["radiance"] = radiance
-    data["flashlight"]["radiance"], data["ambient"] = flashlight, ambient
+    tables = {f"strip{place}": strip for place, strip in enumerate(data["strips"])}
+    tables |= {f"led{place}": led for place, led in enumerate(data["leds"])} | {FLASHLIGHT: data["flashlight"]}
+    tables |= {RING: data["ring"]} if rig.ring is not None else {}
+    lights = [scaled(name, table["radiance"]) for name, table in tables.items()]
+    *radiances, data["ambient"] = _allowed([*lights, scaled(ENVIRONMENT, rig.ambient)])
+    for table, radiance in zip(tables.values(), radiances, strict=True):
+        table["radiance"] = radiance
     data["camera"]["white_balance"] = False
     data["camera"]["exposure_grey"] = float(np.clip(255 * signal ** (1 / gamma), DARKEST_GREY, BRIGHTEST_GREY))
     return with_values(changed, {"rig": data})

@@ -1,6 +1,6 @@
 """A rigid object in a pose, as contact sees it, and how far it travels until it touches a curved face."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,6 +39,14 @@ class Indenter:
     def top_mm(self) -> float:
         """Height of the object's highest point [mm]; negative below the undeformed contact face."""
         return float(self.pose.position_mm[2]) + self.shape.support_mm(self.pose.rotation[2])
+
+    def depth_mm(self, face: Dome | HeightMap | None, footprint_mm: tuple[float, float]) -> float:
+        """How deep it is pressed from where it first touches a face, as `place_object` has it [mm]; negative before."""
+        top = self.top_mm()
+        if face is None:
+            return top
+        level = replace(self.pose, position_mm=self.pose.position_mm - [0.0, 0.0, top])
+        return top - first_touch_mm(self.shape, level, face, footprint_mm)
 
     def levels_mm(self) -> Array:
         """Heights from the undeformed contact face up to the highest point, one smallest feature apart [mm].

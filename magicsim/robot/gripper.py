@@ -93,7 +93,7 @@ class Gripper(AbstractContextManager["Gripper"]):
                 opposite=(lambda: self.upper.sensor) if unlike else None,
             )  # fmt: skip
             self._pair = FingerPair(self.upper, self.lower, scene.object, sees_other=sees_other)
-            self._state = GripState(width_mm=self._open_mm, place=ObjectPlace())
+            self._state = GripState(width_mm=self._open_mm, place=self._midway)
             self.reset()
 
     def reset(self, *, seed: int | None = None) -> None:
@@ -109,7 +109,13 @@ class Gripper(AbstractContextManager["Gripper"]):
         check_number("seed", seed, 0, MAX_SEED - 1, whole=True)
         for number, finger in enumerate(self.fingers):
             finger.reset(seed=finger_seed(seed, number))
-        self.close(self._open_mm, place=ObjectPlace())
+        self.close(self._open_mm, place=self._midway)
+
+    @property
+    def _midway(self) -> ObjectPlace:
+        """Where the object is as far from either finger."""
+        up, down = self._extents_mm
+        return ObjectPlace(z_mm=(down - up) / 2)
 
     @property
     def _open_mm(self) -> float:

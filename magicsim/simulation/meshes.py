@@ -178,7 +178,7 @@ def marker_map(design: ElastomerDesign, lattice: Lattice) -> FollowMap | None:
     if design.markers is None:
         return None
     places = design.markers.centres_mm(design.footprint_mm)
-    rest = np.column_stack([places, np.full(len(places), design.markers.depth_mm)])
+    rest = design.lifted(np.column_stack([places, np.full(len(places), design.markers.depth_mm)]))
     if design.markers.depth_mm == 0:
         return FollowMap(points_mm=rest, weights=face_weights(lattice, places))
     return follow_map(lattice, rest)

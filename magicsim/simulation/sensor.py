@@ -23,7 +23,7 @@ from magicsim.deform.lattice.zone import Zone, contact_zone
 from magicsim.deform.quality import SOLVE_QUALITIES
 from magicsim.deform.solve.factorise import on_one_blas_thread
 from magicsim.deform.solve.load_step import is_there
-from magicsim.deform.solve.path import ContactSolver
+from magicsim.deform.solve.path import ContactSolver, taken_away
 from magicsim.errors import ConfigError, RenderError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.elastomer import Elastomer, build_elastomer
@@ -238,6 +238,8 @@ class Sensor:
         indenter = self.indenter(state if state.has_object or not recovers else replace(state, gap_mm=AWAY_MM))
         if indenter is None:
             return self.rest
+        if not state.has_object and previous.pose is not None:
+            indenter = taken_away(replace(indenter, pose=previous.pose))
         if not self.contact.rate_dependent:
             known = self.known if previous.is_rest else previous
             if known is not None and is_there(indenter, known):

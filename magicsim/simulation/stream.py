@@ -191,7 +191,10 @@ def stream_states(sensor: Sensor, plan: ScenePlan, untouched: tuple[FloatImage, 
         if frame.solve:
             deformation = sensor.deform(frame.state, deformation)
         else:
-            deformation = replace(deformation, iterations=0) if frame.state.can_touch else sensor.rest
+            keeps = frame.state.can_touch or (
+                sensor.contact.keeps_dent and frame.same_as not in {None, UNTOUCHED_FRAME}
+            )
+            deformation = replace(deformation, iterations=0) if keeps else sensor.rest
         known = rendered[frame.same_as] if frame.same_as is not None else None
         radiance, origin = known or sensor.render(frame.state, deformation)
         if number >= 0 and number in reused:

@@ -66,7 +66,8 @@ def read_labels(path: Path, description: Description, *, needs_images: bool) -> 
 def at_time(labels: LabelTable, time_s: float, *, most_gap_s: float) -> Row:
     """Labels at a time: numbers linearly between the rows around it, the rest from the nearer one.
 
-    Rows must rise in time, and those farther away than `most_gap_s` say nothing.
+    A number that one of the two does not have is the nearer one's too. Rows must rise in time, and those farther away
+    than `most_gap_s` say nothing.
     """
     after = int(np.searchsorted(labels.times_s, time_s))
     around = [labels.rows[place] for place in (after - 1, after) if 0 <= place < len(labels.rows)]
@@ -80,8 +81,8 @@ def at_time(labels: LabelTable, time_s: float, *, most_gap_s: float) -> Row:
     share = (time_s - first["time_s"]) / max(second["time_s"] - first["time_s"], 1e-12)
     row = dict(nearest)
     for name in (*NUMBERS, *VECTORS):
-        mixed = (1 - share) * np.array(first[name], float) + share * np.array(second[name], float)
-        row[name] = mixed.tolist()
+        one, two, near = (np.array(each[name], float) for each in (first, second, nearest))
+        row[name] = np.where(np.isnan(one + two), near, (1 - share) * one + share * two).tolist()
     return row | {"time_s": time_s}
 
 

@@ -188,14 +188,24 @@ class RecordedSequence:
     @cached_property
     def reference_numbers(self) -> frozenset[int]:
         """Which of its own frames are references, counted from 0; `ConfigError` where nothing tells that."""
-        source = self.source
+        source, found = self.source, frozenset[int]()
         if source.untouched_first is not None:
-            return frozenset(range(source.untouched_first))
-        if source.untouched_below_n is not None:
-            return self._least_forces(source.untouched_below_n)
-        if self.description.columns.is_reference is not None and not self.is_film and source.untouched is None:
-            return frozenset(number for number, (_, row) in enumerate(self.entries) if row["is_reference"])
-        return frozenset()
+            found = frozenset(range(source.untouched_first))
+        elif source.untouched_below_n is not None:
+            found = self._least_forces(source.untouched_below_n)
+        elif self.description.columns.is_reference is not None and not self.is_film and source.untouched is None:
+            found = frozenset(number for number, (_, row) in enumerate(self.entries) if row["is_reference"])
+        if len(found) > MOST_REFERENCES:
+            self.remark(f"the first {MOST_REFERENCES} of {len(found)} untouched frames serve as references, no others")
+        return found
+
+    def begin_s(self, episode: str) -> float:
+        """Least known time of an episode's frames, its own references among them [s]; NaN where none is known."""
+        here = [
+            row["time_s"] for number, row in enumerate(self.survey.rows)
+            if len(self.episodes) == 1 or number in self.reference_numbers or row["episode"] == episode
+        ]  # fmt: skip
+        return min((each for each in here if not math.isnan(each)), default=math.nan)
 
     @cached_property
     def episodes(self) -> tuple[str, ...]:

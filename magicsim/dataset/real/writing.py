@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -167,11 +166,10 @@ class _Rows:
         self._sequence, self._episode, self._shared, self.size = sequence, episode, shared, size
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
-        sequence, first_s = self._sequence, math.nan
+        sequence, first_s = self._sequence, self._sequence.begin_s(self._episode)
         for step, frame in enumerate(chain(sequence.references(), sequence.scored(self._episode))):
             self.size = self.size or (frame.image.shape[0], frame.image.shape[1])
             check_size(frame.image, self.size, frame.name)
-            first_s = frame.labels["time_s"] if math.isnan(first_s) else first_s
             kind = frame.labels["object_kind"] or sequence.source.object_kind
             yield {
                 **frame_row(frame, sequence),

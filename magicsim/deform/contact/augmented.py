@@ -6,6 +6,7 @@ multiplier update m <- p lowers the penetration without a stiffer matrix (Simo a
 Friction is in `friction`.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -152,13 +153,13 @@ def add_dense_stiffness(matrix: Array, face: ContactFace, acting: Index, local: 
 
 
 def slip_mismatch(face: ContactFace, state: ContactState, memory: ContactMemory, law: ContactLaw) -> float:
-    """Forces by which friction is off its law, over the largest force of friction; 0 without contact.
+    """Forces by which friction is off its law, over the largest force of friction; infinite of a force on a free face.
 
     Both count: limits that are not mu times the pressure, and tractions out of the tangent planes.
     """
     total = law.friction * float(face.area_mm2 @ state.pressure_mpa)
     if total == 0:
-        return 0.0
+        return math.inf if memory.limit_mpa.any() else 0.0
     excess = np.abs(memory.limit_mpa - law.friction * state.pressure_mpa)
     outward = np.abs(np.einsum("qi,qi->q", state.shear_mpa, state.normal))
     return float(face.area_mm2 @ (excess + outward)) / total

@@ -22,8 +22,9 @@ from magicsim.deform.lattice.spot import central_lattice, resolved_lattice
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.zone import Zone
 from magicsim.deform.solve.path import ContactSolver
-from magicsim.errors import ConvergenceError
+from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.geometry.design import ElastomerDesign, Mounting
+from magicsim.geometry.face_shape import HeightMap
 from magicsim.geometry.grid import Place, symmetric_place
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.limits import WHOLE, CoreFailure
@@ -127,11 +128,13 @@ def durometer(
         told: Hears what takes longer than two seconds; nothing where `progress` does.
 
     Raises:
-        ConfigError: The friction is not allowed.
+        ConfigError: The friction is not allowed, or the face is a height map.
         GeometryError: The design cannot be built.
         ConvergenceError: No valid equilibrium was found; thin and soft samples are pressed almost through.
     """
     check_friction(friction)
+    if isinstance(design.face, HeightMap):
+        raise ConfigError("design.face of kind 'height_map' is not allowed: a durometer presses a plane or a crown")
     compile_kernels()
     design = design.mounted(mounting)
     start = time.perf_counter()

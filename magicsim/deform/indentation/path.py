@@ -158,7 +158,7 @@ def path_forces(
         shear_x, shear_y = (pose.pose.position_mm[:2] - begin).tolist()
         forces.append(
             PathForce(
-                depth_mm=round(max(pose.top_mm(), 0.0), DIGITS),
+                depth_mm=round(max(pose.depth_mm(lattice.face, lattice.footprint_mm), 0.0), DIGITS),
                 shear_mm=(shear_x, shear_y),
                 twist_deg=twists_deg[number],
                 time_s=times[number] if math.isfinite(times[number]) else None,

@@ -30,6 +30,8 @@ from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 
 MAX_TWIST_DEG = 360.0
+LONGEST_TURN_DEG = 90.0
+"""Twist between two places of a path [degrees]: turns of half a circle and more have a shorter way."""
 MAX_TOLERANCE_MM = 0.1
 MAX_FRICTION = 5.0
 MAX_SPEED_MM_S = 1e4
@@ -132,7 +134,8 @@ def press(
         raise ConfigError(f"{name} is not allowed with speed_mm_s: on a timed path no infill flows and no wall tears")
     if release and not failure.is_remembered:
         raise ConfigError("release is not allowed without infill_yield_mpa or wall_tear_elongation: nothing else lasts")
-    stages = [((0.0, 0.0), 0.0), (shear_mm, 0.0), (shear_mm, twist_deg)]
+    turns = max(1, math.ceil(abs(twist_deg) / LONGEST_TURN_DEG))
+    stages = [((0.0, 0.0), 0.0), (shear_mm, 0.0), *((shear_mm, twist_deg * (1 + k) / turns) for k in range(turns))]
     stages = [stage for number, stage in enumerate(stages) if number == 0 or stage != stages[number - 1]]
     poses = [
         place_object(object_config, gap_mm=-depth_mm, x_mm=shear[0], y_mm=shear[1], twist_deg=twist, design=design)
@@ -214,7 +217,7 @@ def press_curve(
     check_friction(friction)
     check_number("max_iterations", max_iterations, 1, MOST_ITERATIONS, whole=True)
     _check_range("tolerance_mm", tolerance_mm, 1e-6, MAX_TOLERANCE_MM, "a tenth of a millimetre")
-    steps = [(place_object(object_config, gap_mm=-depth), math.inf) for depth in depths]
+    steps = [(place_object(object_config, gap_mm=-depth, design=design), math.inf) for depth in depths]
     twists = [0.0] * len(steps)
     with waiting("pressing deeper and deeper", told if progress is None else unheard) as share:
         result = follow(

@@ -93,6 +93,12 @@ class Lattice:
         return flattened(points_mm, self.face, self.height_mm)
 
     @property
+    def footprint_mm(self) -> tuple[float, float]:
+        """Sides along x and y of a face around the origin that reaches as far as its planes [mm]."""
+        x, y = (2 * float(np.abs(planes).max()) for planes in self.planes_mm[:2])
+        return x, y
+
+    @property
     def height_mm(self) -> float:
         """Height of the block; its plane z = height is the base [mm]."""
         return float(self.planes_mm[2][-1])

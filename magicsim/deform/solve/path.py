@@ -80,6 +80,12 @@ def waiting(indenter: Indenter) -> Indenter:
     return replace(indenter, pose=replace(indenter.pose, position_mm=indenter.pose.position_mm + lifted))
 
 
+def taken_away(indenter: Indenter) -> Indenter:
+    """An object that goes straight down from where it presses until it is as clear of the face."""
+    way = np.array([0.0, 0.0, max(0.0, indenter.top_mm() + RAISED_MM)])
+    return replace(indenter, pose=replace(indenter.pose, position_mm=indenter.pose.position_mm - way))
+
+
 def _has_failed(state: Deformation) -> bool:
     return state.core is not None and state.core.has_failed
 

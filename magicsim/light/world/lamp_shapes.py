@@ -153,7 +153,7 @@ def marker_disks(design: ElastomerDesign) -> SurfaceMesh | None:
     if not isinstance(markers, DotMarkers) or markers.depth_mm == 0:
         return None
     places = markers.centres_mm(design.footprint_mm)
-    centres = np.column_stack([places, np.full(len(places), markers.depth_mm)])
+    centres = design.lifted(np.column_stack([places, np.full(len(places), markers.depth_mm)]))
     return disks(centres, np.array([0.0, 0.0, -1.0]), markers.diameter_mm / 2)
 
 

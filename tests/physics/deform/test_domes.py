@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 
 from magicsim.config.models import load_preset
-from magicsim.deform.indentation.press import press
+from magicsim.deform.indentation.durometer import durometer
+from magicsim.deform.indentation.press import press, press_curve
 from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.structure import build_lattice
+from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects import parse_object
 
 BALL = parse_object("sphere:radius_mm=4")
@@ -61,3 +64,26 @@ def test_dome_of_half_the_curvature_is_pressed_as_by_a_smaller_ball():
     on_plane = press(design("uniform-block", *fine), smaller, depth_mm=press_mm).force_n[2]
     on_dome = press(design("uniform-block", *fine, dome(12, 12, 1.6)), BALL, depth_mm=press_mm).force_n[2]
     assert on_dome == pytest.approx(on_plane, rel=0.05)
+
+
+def test_a_curve_on_a_slope_is_that_of_presses_there_and_a_durometer_refuses_it(tmp_path):
+    np.save(tmp_path / "slope.npy", np.tile(np.linspace(-1, 1, 41), (41, 1)))
+    face = f"face={{kind='height_map',file='{tmp_path / 'slope.npy'}',footprint_mm=[12,14]}}"
+    slope = design("uniform-block", face, "lattice.spacing_mm=1.5", "lattice.cells_across=0")
+    alone, curve = press(slope, BALL, depth_mm=0.6), press_curve(slope, BALL, [0.3, 0.6])
+    assert curve.depths_mm.tolist() == [0.3, 0.6]
+    assert curve.points[-1].force_n[2] == pytest.approx(alone.force_n[2], rel=0.01)
+    with pytest.raises(ConfigError, match=r"design\.face of kind 'height_map' is not allowed"):
+        durometer(slope)
+
+
+def test_depth_counts_from_the_face_wherever_the_object_is():
+    curved = design(
+        "uniform-block", dome(30, 30, crown=1.6, rim=0.4), "lattice.spacing_mm=1.5", "lattice.cells_across=0"
+    )
+    found = press(curved, BALL, depth_mm=0.5, shear_mm=(3.0, 0.0))
+    assert [each.depth_mm for each in found.history] == pytest.approx([0.5, 0.5], abs=1e-3)
+    small = parse_object("sphere:radius_mm=0.3")
+    beside = place_object(small, gap_mm=-0.4, x_mm=5.0, design=curved)
+    assert beside.top_mm() > 0.6
+    assert beside.depth_mm(curved.face, curved.footprint_mm) == pytest.approx(0.4, abs=1e-6)

@@ -7,8 +7,10 @@ from magicsim.deform.contact.augmented import evaluate_contact
 from magicsim.deform.contact.face import contact_face
 from magicsim.deform.contact.friction import ContactLaw, ContactMemory, stick_stiffness, updated_limits
 from magicsim.deform.deformation import Deformation
+from magicsim.deform.indentation.press import press
 from magicsim.deform.lattice.structure import Lattice, box_lattice
 from magicsim.deform.solve.path import ContactSolver
+from magicsim.geometry.design import load_design
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects.kinds import parse_object
 
@@ -136,3 +138,11 @@ def test_relaxed_limits_settle_where_chasing_ones_would_run_away() -> None:
         pressure = np.array([1.0, 2.0]) - 1.5 * memory.limit_mpa
         memory = updated_limits(memory, pressure, memory.normal, law, is_relaxed=True)
     np.testing.assert_allclose(memory.limit_mpa, [0.4, 0.8], rtol=1e-9)
+
+
+def test_turns_of_half_a_circle_and_more_pull_the_way_they_go():
+    block = load_design("uniform-block", ["footprint_mm=[8,8]", "lattice.spacing_mm=1.0"])
+    slid, more = (press(block, BALL, depth_mm=0.6, twist_deg=turn, friction=0.6) for turn in (180.0, 270.0))
+    assert slid.torque_nmm[2] > 0.5
+    assert more.torque_nmm[2] == pytest.approx(slid.torque_nmm[2], rel=0.02)
+    assert [each.twist_deg for each in more.history] == [0.0, 90.0, 180.0, 270.0]

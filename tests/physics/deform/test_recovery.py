@@ -15,14 +15,14 @@ TIME_S = 1.0
 SETTINGS = ("footprint_mm=[8,8]", f"materials.body.prony=[{{time_s={TIME_S},modulus_mpa=1.0}}]")
 
 
-def solver(*, recovers=True):
+def solver(*, recovers=True, friction=0.0):
     design = load_design("uniform-block", SETTINGS)
     lattice = build_lattice(design)
-    return ContactSolver(lattice, branches=body_branches(design, lattice), recovers=recovers)
+    return ContactSolver(lattice, branches=body_branches(design, lattice), recovers=recovers, friction=friction)
 
 
-def ball(gap_mm):
-    return place_object(SphereObject(kind="sphere", radius_mm=3.0), gap_mm=gap_mm)
+def ball(gap_mm, x_mm=0.0):
+    return place_object(SphereObject(kind="sphere", radius_mm=3.0), gap_mm=gap_mm, x_mm=x_mm)
 
 
 def dent_mm(state):
@@ -80,3 +80,13 @@ def test_without_it_a_body_forgets_at_once():
     solve = solver(recovers=False)
     _, left = pressed_and_left(solve)
     assert left.is_rest
+
+
+def test_friction_ends_with_the_contact():
+    solve = solver(friction=1.0)
+    sheared = solve.solve(ball(-0.8, 0.5), solve.solve(ball(-0.8), None, dt_s=0.05), dt_s=0.05)
+    assert sheared.force_n[0] > 0.5
+    left = solve.solve(ball(1.0, 0.5), sheared, dt_s=0.05)
+    assert not left.force_n.any()
+    assert not left.contact_traction_mpa.any()
+    assert dent_mm(left) < 0.2 * dent_mm(sheared)

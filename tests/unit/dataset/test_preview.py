@@ -124,3 +124,10 @@ def test_estimate_of_many_episodes_is_that_of_some_of_them():
     few, many = (estimate(recipe, draw_episodes(recipe), processes=1) for recipe in recipes)
     assert many.frames / few.frames == pytest.approx(1000, rel=0.05)
     assert many.bytes / few.bytes == pytest.approx(1000, rel=0.15)
+
+
+def test_a_region_is_previewed_as_the_whole_image():
+    recipe = small_recipe("rig.camera.region_px=[4,4,8,8]")
+    episode = draw_episodes(recipe)[0]
+    for scene in (preview_scene(episode), metering_scene(recipe, episode)):
+        assert scene.rig.camera.region_px is None

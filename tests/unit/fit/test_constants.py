@@ -1,7 +1,8 @@
+import numpy as np
 import pytest
 
 from magicsim.errors import ConfigError
-from magicsim.fit.constants import CONSTANTS, constants_named, value_of, with_values
+from magicsim.fit.constants import CONSTANTS, constants_named, fitted_scene, value_of, with_values
 from magicsim.scenes.scene import load_scene
 
 
@@ -40,3 +41,17 @@ def test_unknown_or_repeated_constant_is_refused():
         constants_named(["gama"])
     with pytest.raises(ConfigError, match="'gamma' is given twice"):
         constants_named(["gamma", "gamma"])
+
+
+def test_fitted_strengths_of_ring_and_leds_are_those_of_the_scene():
+    scene = load_scene(
+        "translucent-9dtact", ["rig.leds=[{place_mm=[9.0,0.0,12.0],direction=[0.0,0.0,-1.0],radiance=[1.0,1.0,1.0]}]"]
+    )
+    assert scene.rig.ring is not None
+    strengths = {("ring", channel): (2.0, 1.0, 0.5)[channel] for channel in range(3)}
+    strengths |= {("led0", channel): 3.0 for channel in range(3)}
+    found = fitted_scene(scene, {}, strengths, np.full((4, 3, 3), 90.0)).rig
+    ring, led = (np.array(each.radiance) for each in (found.ring, found.leds[0]))
+    before = np.array(scene.rig.ring.radiance)
+    np.testing.assert_allclose((ring / before) / (ring / before)[1], [2, 1, 0.5])
+    np.testing.assert_allclose(led / (ring / before)[1], 3.0)

@@ -157,6 +157,13 @@ def test_each_finger_sees_the_other_behind_the_object(seeing: Gripper):
         assert one.image.mean() > other.image.mean() + 2
 
 
+def test_fingers_open_as_far_from_an_object_whose_origin_is_not_its_middle():
+    with Gripper(block("object={kind='banana',radius_mm=12}"), workspace=SPACE, sees_other=False) as opened:
+        up, low = (finger.state.gap_mm for finger in opened.fingers)
+        assert up == pytest.approx(low)
+        assert up <= SPACE.gap_mm[1] + 1e-9
+
+
 def test_lights_of_one_finger_are_not_told_from_the_others(seeing: Gripper):
     seeing.reset(seed=4)
     seeing.close(seeing.touching_width_mm + 4)

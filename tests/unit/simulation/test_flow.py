@@ -6,12 +6,14 @@ import pytest
 from magicsim import load_design, load_object, press
 from magicsim.dataset.columns import columns_of
 from magicsim.dataset.recipes.recipe import load_recipe
+from magicsim.deform.solve.path import RAISED_MM
 from magicsim.errors import ConfigError
 from magicsim.robot import LiveSensor
 from magicsim.scenes.scene import load_scene
-from magicsim.scenes.timeline import timeline
+from magicsim.scenes.timeline import Origin, timeline
 from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor
+from magicsim.simulation.stream import stream_states
 
 YIELD = "contact.infill_yield_mpa=0.001"
 BLOCK = ["footprint_mm=[10,10]", "lattice.spacing_mm=2.5", "lattice.cells_across=0"]
@@ -71,3 +73,32 @@ def test_what_cannot_flow_is_refused(settings, named):
 def test_a_live_sensor_refuses_it():
     with pytest.raises(ConfigError, match=r"infill_yield_mpa = 0\.001 is not allowed here"):
         LiveSensor(scene_of(YIELD))
+
+
+def solved(keyframes, *, leave_out=True):
+    """Deformations of an episode's frames, none of which is rendered."""
+    scene = scene_of(YIELD, f"keyframes=[{keyframes}]")
+    sensor, plan, nothing = (
+        Sensor.for_scene(scene),
+        plan_scene(scene, leave_out=leave_out),
+        np.zeros((1, 1, 3), np.float32),
+    )
+    sensor.render = lambda _state, _deformation: (nothing, Origin())
+    states = list(stream_states(sensor, plan, (nothing, Origin())))
+    return [each.deformation for each in states if not each.is_reference]
+
+
+def test_a_frame_that_is_held_after_a_touch_keeps_the_dent_and_what_follows():
+    path = "{frame=0,gap_mm=-0.4},{frame=1,gap_mm=1.0},{frame=2,gap_mm=1.0},{frame=3,gap_mm=-0.2}"
+    lean, whole = solved(path), solved(path, leave_out=False)
+    np.testing.assert_array_equal(lean[2].displacements_mm, lean[1].displacements_mm)
+    assert lean[2].core.dissipated_nmm == lean[1].core.dissipated_nmm > 0
+    assert lean[3].force_n[2] == pytest.approx(whole[3].force_n[2], rel=1e-3)  # 2 % less than on a virgin block
+
+
+def test_an_object_that_is_taken_away_is_lifted_where_it_was():
+    lifted = solved(f"{{frame=0,gap_mm=-0.4,x_mm=2.0}},{{frame=1,gap_mm={RAISED_MM},x_mm=2.0}}")
+    removed = solved("{frame=0,gap_mm=-0.4,x_mm=2.0},{frame=1}")
+    assert removed[1].core.dissipated_nmm > removed[0].core.dissipated_nmm
+    assert removed[1].core.dissipated_nmm == pytest.approx(lifted[1].core.dissipated_nmm, rel=1e-3)
+    np.testing.assert_allclose(removed[1].displacements_mm, lifted[1].displacements_mm, atol=1e-6)

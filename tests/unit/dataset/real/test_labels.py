@@ -78,6 +78,13 @@ def test_numbers_are_interpolated_in_time_and_flags_are_those_of_the_nearer_row(
     assert math.isnan(at_time(found, 0.3, most_gap_s=0.1)["force_n"][2])
 
 
+def test_an_empty_cell_does_not_empty_its_neighbour(tmp_path: Path):
+    columns = LabelColumns(image="t", time_s="t", gap_mm="g")
+    found = read(tmp_path, "t,g\n0,\n0.1,2\n0.2,1\n", columns)
+    gaps = [at_time(found, time_s, most_gap_s=0.1)["gap_mm"] for time_s in (0.04, 0.06, 0.1, 0.15)]
+    assert gaps == pytest.approx([math.nan, 2, 2, 1.5], nan_ok=True)
+
+
 def test_times_must_be_there_and_rise(tmp_path: Path):
     columns = LabelColumns(image="t", time_s="t")
     with pytest.raises(ConfigError, match="line 3: time_s is missing or falls"):

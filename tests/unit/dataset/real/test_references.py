@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
 from magicsim.dataset.frames import open_frames
@@ -146,3 +147,25 @@ def test_sensor_that_looks_alike_from_two_sides_is_told_with_all_that_fit_and_no
     settings = ["rotate_deg = 180 and frames.mirror = false", "rotate_deg = 0 and frames.mirror = true"]
     assert all(each in line for each in [*settings, 'frames.color_order = "bgr"'])
     assert not any(": set frames" in each for each in told(path))
+
+
+def test_times_count_from_the_first_frame_where_the_untouched_ones_come_last(tmp_path: Path):
+    rows = []
+    for number, force in enumerate([0.9, 0.6, 0.3, 0.0, 0.0]):
+        save(tmp_path / "images" / f"{number}.png", np.asarray(pressed(force, number), np.uint8))
+        rows.append({"image_name": f"{number}.png", "f": force, "t": 10 + 0.5 * number})
+    write_csv(tmp_path / "labels.csv", rows)
+    top = ['columns = {force_n = "f", time_s = "t"}']
+    path = describe(tmp_path, 'frames = "images"', 'labels = "labels.csv"', "untouched_below_n = 0.1", top=top)
+    write_real(load_real(path), tmp_path / "set")
+    (table,) = (pq.read_table(each) for each in (tmp_path / "set" / "data").glob("*.parquet"))
+    assert table["is_reference"].to_pylist() == [True] * 2 + [False] * 3
+    assert table["time_s"].to_pylist() == pytest.approx([1.5, 2.0, 0.0, 0.5, 1.0])
+
+
+def test_untouched_frames_that_no_detector_gets_are_told(tmp_path: Path):
+    for number in range(36):
+        save(tmp_path / "images" / f"{number:02}.png", np.asarray(untouched(number), np.uint8))
+    path = describe(tmp_path, 'frames = "images"', "untouched_first = 35")
+    lines = told(path)
+    assert any("the first 30 of 35 untouched frames serve as references" in line for line in lines), lines
