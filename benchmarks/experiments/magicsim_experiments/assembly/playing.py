@@ -73,7 +73,7 @@ class Reached:
     met: Vector
     """Force [N] and torque [N mm] of the base on the plug; where this is lost, in the last balance before."""
     slid_mm: float
-    """How far the plug slid in the grip since the equilibrium before [mm]."""
+    """How far the plug has slid in the grip since the base began to push [mm]."""
 
     @property
     def push_n(self) -> float:
@@ -105,7 +105,8 @@ class Pusher:
         for way in ways_mm:
             reached = self._reach(before, way)
             if reached.is_lost or reached.push_n > push_n:
-                walked.append(self._stop(before, reached, push_n))
+                stopped = self._stop(before, reached, push_n)
+                walked += [stopped] if not walked or stopped is not walked[-1] else []
                 break
             walked.append(reached)
             before = reached
@@ -132,7 +133,7 @@ class Pusher:
         met: Array = np.array(before.met) if lost else load.met(object_pose(self._plug, self._gripper.place))
         return Reached(
             way_mm=way_mm, moment=self._gripper.now(), load=load, met=tuple(float(each) for each in met),
-            slid_mm=self._gripper.truth().slid_mm,
+            slid_mm=before.slid_mm + self._gripper.truth().slid_mm,
         )  # fmt: skip
 
     def _stop(self, below: Reached, above: Reached, push_n: float) -> Reached:
@@ -233,14 +234,13 @@ class _Course:
         self._pass(0.0 if stood is None else abs(stood - first))
         pusher = Pusher(self._gripper, self._plug, self._load_at)
         walked = pusher.walk_in_samples(first, ways, step.push_n, samples=self._setup.samples)
-        done = 0
+        slid_mm = 0.0
         for number in spread(len(walked), self._setup.samples):
             reached = walked[number - 1]
             self._gripper.go_back(reached.moment)
             self._load = reached.load
-            slid = sum(each.slid_mm for each in walked[done:number])
-            self._film(step, after_mm=reached.way_mm - first, met=reached.met, slid_mm=slid)
-            done = number
+            self._film(step, after_mm=reached.way_mm - first, met=reached.met, slid_mm=reached.slid_mm - slid_mm)
+            slid_mm = reached.slid_mm
         self._depth = walked[-1].way_mm
         self._load = replace(self._load, way=0.0)
         self._pass(self._depth - first)

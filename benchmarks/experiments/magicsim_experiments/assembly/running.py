@@ -32,7 +32,7 @@ from magicsim_experiments.assembly.trial import (
     structural_similarity,
     take_plug,
 )
-from magicsim_experiments.task.growing import RESULTS, Played, Progress, as_json, as_png, grow, plain_values
+from magicsim_experiments.task.growing import RESULTS, Played, Progress, as_json, as_png, grow
 
 MOST_TRIALS, MOST_SAMPLES = 1000, 20
 NOISE = 41
@@ -57,13 +57,13 @@ class AssemblyPlayer:
 
     def settings(self) -> dict[str, Any]:
         """What trials depend on, with the content of every file."""
-        scene = self.scene.model_dump(mode="json")
+        scene, files = self.scene.model_dump(mode="json", exclude_none=True), file_hashes(self.scene.model_dump())
         content = {
-            "scene": scene, "sha256": file_hashes(scene) or None, "profile": asdict(load_profile(PROFILE)),
-            "task": self.config.model_dump(), "picture": {"samples": self.setup.samples, "base": self.shows_base},
+            "scene": scene, **({"sha256": files} if files else {}), "profile": asdict(load_profile(PROFILE)),
+            "task": self.config.model_dump(mode="json", exclude_none=True),
+            "picture": {"samples": self.setup.samples, "base": self.shows_base},
         }  # fmt: skip
-        settings: dict[str, Any] = plain_values({"seed": self.seed, "quality": self.quality, "resolved": content})
-        return settings
+        return {"seed": self.seed, "quality": self.quality, "resolved": content}
 
     def play(self, number: int, misalignment: Misalignment) -> tuple[Trial, tuple[Moment, ...]]:
         """One trial, which does not depend on those before, and the moments at the end of its steps."""

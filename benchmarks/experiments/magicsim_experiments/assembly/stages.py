@@ -5,13 +5,13 @@ published.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field
 
 from magicsim.config.models import Config, apply_overrides, validate
 from magicsim_experiments.assembly.meeting import Contact, Jack
@@ -52,14 +52,10 @@ class AssemblyConfig(Config):
     aligned_mm: Offset = 0.3
     """Largest offset of a base that counts as aligned [mm]: the chamfer has to take it."""
 
-    @model_validator(mode="after")
-    def _check_success(self) -> Self:
-        if self.success_mm > self.jack.depth_mm:
-            raise ValueError(
-                f"success_mm = {self.success_mm:g} is not allowed: must be at most {self.jack.depth_mm:g}, the depth "
-                "of the jack"
-            )
-        return self
+    def _problems(self) -> Iterator[str]:
+        most = self.jack.depth_mm
+        if self.success_mm > most:
+            yield f"success_mm = {self.success_mm:g} is not allowed: must be at most {most:g}, the depth of the jack"
 
 
 def split_settings(settings: Sequence[str]) -> tuple[list[str], AssemblyConfig]:

@@ -2,6 +2,7 @@
 
 import json as text
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +12,7 @@ from magicsim.cli.app import Json, Seed, Settings, fields_of, print_result, refu
 from magicsim.errors import ConfigError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from magicsim_experiments.study.running import StageEstimate
 
@@ -76,10 +77,9 @@ def study(
     from magicsim.cli.progress import show_progress
     from magicsim_experiments.study.running import run_study
 
+    announce = partial(_announce, processes=options.workers)
     with show_progress(f"study {Path(name).stem}") as progress:
-        summary = run_study(
-            found, out, options=options, resume=resume, announce=_announce(options.workers), progress=progress
-        )
+        summary = run_study(found, out, options=options, resume=resume, announce=announce, progress=progress)
     print_result(fields_of(summary), as_json=json)
 
 
@@ -91,16 +91,10 @@ def _planned(kind: str, stages: "Sequence[StageEstimate]", processes: int) -> di
     }  # fmt: skip
 
 
-def _announce(processes: int) -> "Callable[[Sequence[StageEstimate]], None]":
+def _announce(left: "Sequence[StageEstimate]", processes: int) -> None:
     """Writes the estimate of time, before any work."""
-
-    def announce(left: "Sequence[StageEstimate]") -> None:
-        parts = [f"{each.stage} {each.core_seconds / 60:.1f}" for each in left if each.core_seconds]
-        total = sum(each.core_seconds for each in left)
-        if parts:
-            sys.stderr.write(
-                f"about {total / processes / 60:.1f} minutes on {processes} cores (core minutes: {', '.join(parts)}; "
-                "rough estimates)\n"
-            )
-
-    return announce
+    parts = ", ".join(f"{each.stage} {each.core_seconds / 60:.1f}" for each in left if each.core_seconds)
+    minutes = sum(each.core_seconds for each in left) / processes / 60
+    if parts:
+        about = f"about {minutes:.1f} minutes on {processes} cores (core minutes: {parts}; rough estimates)\n"
+        sys.stderr.write(about)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from scipy.stats import mode
 
 from magicsim.arrays import Array, Index
 from magicsim.judge.measures import ends, resampled
@@ -139,10 +140,7 @@ def _middle(label: Label, values: Array) -> float:
     values = values[np.isfinite(values)]
     if not len(values):
         return float("nan")
-    if label.kind == "number":
-        return float(np.median(values))
-    found, counts = np.unique(values, return_counts=True)
-    return float(found[counts.argmax()])
+    return float(np.median(values) if label.kind == "number" else mode(values).mode)
 
 
 def _nearest_choice(label: Label, values: Array) -> Array:

@@ -19,8 +19,6 @@ from magicsim_experiments.learn.settings import LearningSettings
 Read = Callable[[Path, LearningSettings], Samples]
 """Importable by name: the samples of a dataset's folder."""
 MODEL, LOG, ANSWERS = "model.safetensors", "log.parquet", "answers.parquet"
-METHODS = ("model", "constant", "neighbour", "linear")
-"""Who answers, in the columns of the table of answers."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,13 +1,13 @@
 """A fitted model in one file: weights as safetensors, and in the header all that is needed to read frames with it."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.arrays import Array, Index
 from magicsim.config.models import Config, validate
@@ -45,18 +45,16 @@ class ModelConfig(Config):
     study: Annotated[str, Field(max_length=100)] = ""
     """Kind of the study that it comes from."""
 
-    @model_validator(mode="after")
-    def _check_lengths(self) -> Self:
+    def _problems(self) -> Iterator[str]:
         names = [each.name for each in self.labels]
         if len(set(names)) < len(names):
-            raise ValueError(f"labels.name = {names} is not allowed: names a label twice")
+            yield f"labels.name = {names} is not allowed: names a label twice"
         channels, labels = (CHANNELS[self.input], "channel"), (len(names), "label")
         for field, (count, of) in (
             ("input_mean", channels), ("input_sd", channels), ("target_mean", labels), ("target_sd", labels),
         ):  # fmt: skip
             if len(values := getattr(self, field)) != count:
-                raise ValueError(f"{field} = {list(values)} is not allowed: must have {count} numbers, one a {of}")
-        return self
+                yield f"{field} = {list(values)} is not allowed: must have {count} numbers, one a {of}"
 
 
 def save_model(config: ModelConfig, weights: Mapping[str, Any]) -> bytes:
@@ -93,15 +91,11 @@ def parse_config(content: bytes, *, source: str = "the model") -> ModelConfig:
     Raises:
         ConfigError: It is no model of magicsim, or says what is not allowed.
     """
-    length = int.from_bytes(content[:8], "little")
+    end = 8 + int.from_bytes(content[:8], "little")
     try:
-        if length > len(content):
-            raise ConfigError(_no_model(source))
-        values = json.loads(json.loads(content[8 : 8 + length])["__metadata__"][HEADER])
+        values = {**json.loads(json.loads(content[8:end])["__metadata__"][HEADER])}
     except (ValueError, KeyError, TypeError, RecursionError):
         raise ConfigError(_no_model(source)) from None
-    if not isinstance(values, dict):
-        raise ConfigError(_no_model(source))
     return validate(ModelConfig, values, source=f"model '{source}'")
 
 

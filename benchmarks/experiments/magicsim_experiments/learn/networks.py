@@ -4,6 +4,8 @@ Written plainly: the wheels of torchvision on the package index are built agains
 it is one class without its weights, which are of photographs.
 """
 
+from collections import OrderedDict
+
 import torch
 from torch import nn
 
@@ -14,57 +16,38 @@ from magicsim_experiments.learn.settings import CHANNELS
 
 def build_network(name: str, outputs: int, channels: int = 3) -> nn.Module:
     """A network from images (n, channels, rows, columns) to outputs (n, outputs)."""
-    networks: dict[str, type[SmallNetwork | ResNet18]] = {"small": SmallNetwork, "resnet18": ResNet18}
+    networks = {"small": _small, "resnet18": _resnet18}
     if name not in networks:
         raise ConfigError(unknown_choice("network", name, networks))
     return networks[name](outputs, channels)
 
 
-class SmallNetwork(nn.Module):
+def _small(outputs: int, channels: int) -> nn.Module:
     """Four convolutions that halve the image, and two layers on a grid of 4 by 4 that keep the place.
 
     About 0.2 million weights; a step takes a 25th of ResNet18's time at 60 x 80 pixels.
     """
-
-    def __init__(self, outputs: int, channels: int = 3) -> None:
-        """Makes the layers; weights come from the current random state."""
-        super().__init__()
-        layers: list[nn.Module] = []
-        for inside, outside in ((channels, 16), (16, 32), (32, 64), (64, 64)):
-            layers += [
-                nn.Conv2d(inside, outside, 3, stride=2, padding=1, bias=False), nn.BatchNorm2d(outside), nn.ReLU()
-            ]  # fmt: skip
-        self.features = nn.Sequential(*layers, nn.AdaptiveAvgPool2d(4))
-        self.head = nn.Sequential(nn.Flatten(), nn.Linear(1024, 128), nn.ReLU(), nn.Linear(128, outputs))
-
-    def forward(self, images: torch.Tensor) -> torch.Tensor:
-        """Outputs, shape (n, outputs)."""
-        found: torch.Tensor = self.head(self.features(images))
-        return found
+    layers: list[nn.Module] = []
+    for inside, outside in ((channels, 16), (16, 32), (32, 64), (64, 64)):
+        layers += [nn.Conv2d(inside, outside, 3, stride=2, padding=1, bias=False), nn.BatchNorm2d(outside), nn.ReLU()]
+    features = nn.Sequential(*layers, nn.AdaptiveAvgPool2d(4))
+    head = nn.Sequential(nn.Flatten(), nn.Linear(1024, 128), nn.ReLU(), nn.Linear(128, outputs))
+    return nn.Sequential(OrderedDict(features=features, head=head))
 
 
-class ResNet18(nn.Module):
+def _resnet18(outputs: int, channels: int) -> nn.Module:
     """Eight residual blocks of two convolutions, 64 to 512 channels."""
-
-    def __init__(self, outputs: int, channels: int = 3) -> None:
-        """Makes the layers; weights come from the current random state."""
-        super().__init__()
-        self.stem = nn.Sequential(
-            nn.Conv2d(channels, 64, 7, stride=2, padding=3, bias=False), nn.BatchNorm2d(64), nn.ReLU(),
-            nn.MaxPool2d(3, stride=2, padding=1),
-        )  # fmt: skip
-        blocks: list[nn.Module] = []
-        inside = 64
-        for outside in (64, 128, 256, 512):
-            blocks += [_Block(inside, outside, 1 if outside == inside else 2), _Block(outside, outside, 1)]
-            inside = outside
-        self.blocks = nn.Sequential(*blocks)
-        self.head = nn.Sequential(nn.AdaptiveAvgPool2d(1), nn.Flatten(), nn.Linear(512, outputs))
-
-    def forward(self, images: torch.Tensor) -> torch.Tensor:
-        """Outputs, shape (n, outputs)."""
-        found: torch.Tensor = self.head(self.blocks(self.stem(images)))
-        return found
+    stem = nn.Sequential(
+        nn.Conv2d(channels, 64, 7, stride=2, padding=3, bias=False), nn.BatchNorm2d(64), nn.ReLU(),
+        nn.MaxPool2d(3, stride=2, padding=1),
+    )  # fmt: skip
+    blocks = nn.Sequential(*(
+        _Block(inside, outside, stride)
+        for before, after in ((64, 64), (64, 128), (128, 256), (256, 512))
+        for inside, outside, stride in ((before, after, 1 if before == after else 2), (after, after, 1))
+    ))  # fmt: skip
+    head = nn.Sequential(nn.AdaptiveAvgPool2d(1), nn.Flatten(), nn.Linear(512, outputs))
+    return nn.Sequential(OrderedDict(stem=stem, blocks=blocks, head=head))
 
 
 class _Block(nn.Module):

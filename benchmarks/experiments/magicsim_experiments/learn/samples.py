@@ -1,17 +1,17 @@
 """Frames and labels in memory, as networks and baselines take them."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.arrays import Array, Index, Mask
 from magicsim.config.models import Config
@@ -53,14 +53,14 @@ def fold(
     order = np.random.default_rng([seed, folds]).permutation(names)
     held = order[number::folds]
     inner = groups if inner is None else inner
-    rest = np.unique(inner[~np.isin(groups, held)])
+    outside = ~np.isin(groups, held)
+    rest = np.unique(inner[outside])
     left = np.random.default_rng([seed, folds, number]).permutation(rest)
     stop = max(1, round(validation_share * len(left)))
     train = left[stop:]
     if not len(train):
         raise ConfigError(f"there are {len(left)} groups beside those of the test: too few to train on")
     train = train[: max(1, round(share * len(train)))]
-    outside = ~np.isin(groups, held)
     return Split(
         train=np.flatnonzero(np.isin(inner, train) & outside),
         validation=np.flatnonzero(np.isin(inner, left[:stop]) & outside),
@@ -86,16 +86,14 @@ class Label(Config):
     choices: Annotated[tuple[Annotated[float, Field(ge=-1e9, le=1e9)], ...], Field(max_length=1000)] = ()
     """Values of a choice, ascending."""
 
-    @model_validator(mode="after")
-    def _check(self) -> Self:
+    def _problems(self) -> Iterator[str]:
         if self.name == FRAME:
-            raise ValueError(f"name = '{self.name}' is not allowed: it stands for the name of the frame")
+            yield f"name = '{self.name}' is not allowed: it stands for the name of the frame"
         if (self.kind == "choice") != bool(self.choices):
             wanted = "must name at least one" if self.kind == "choice" else f"must be [] of a {self.kind}"
-            raise ValueError(f"choices = {list(self.choices)} is not allowed: {wanted}")
+            yield f"choices = {list(self.choices)} is not allowed: {wanted}"
         if any(later <= earlier for earlier, later in pairwise(self.choices)):
-            raise ValueError(f"choices = {list(self.choices)} is not allowed: must ascend")
-        return self
+            yield f"choices = {list(self.choices)} is not allowed: must ascend"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -198,7 +198,11 @@ class Compare(Study):
                 for name, result in found.items()
                 for key, value in result.facts.items()
             },
-            notes=(*(f"{name} is left out: {why}." for name, why in self._refused.items()), *first.notes),
+            notes=(
+                *(f"{name} is left out: {why}." for name, why in self._refused.items()),
+                *first.notes,
+                *(f"{name}: {note}" for name, each in found.items() for note in each.notes if note not in first.notes),
+            ),
         )  # fmt: skip
 
 

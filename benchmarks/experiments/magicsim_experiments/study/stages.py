@@ -1,6 +1,7 @@
 """Stages of studies: a dataset, pieces of other work, models; a run that was killed goes on where it was."""
 
 import json
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
@@ -176,8 +177,6 @@ START_S = 6.0
 """Core seconds that a stretch needs to load PyTorch and the frames."""
 PIXEL_S = {"small": 2e-7, "resnet18": 5e-6}
 """Core seconds of a pixel of a training frame in a pass, by network; of one x86-64 core."""
-REDUCED = 4800
-"""Pixels of a reduced frame, where they are not known."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -204,7 +203,8 @@ class LearningStage:
 
     def core_seconds(self, processes: int) -> float:
         """Rough time on one core [s], if every model takes two thirds of its passes."""
-        pixels = REDUCED if self.settings.long_side_px == 0 else 0.75 * self.settings.long_side_px**2
+        camera, longest = self.recipe.rig.camera, self.settings.long_side_px or math.inf
+        pixels = camera.rows * camera.columns * min(1.0, longest / max(camera.rows, camera.columns)) ** 2
         passes = 2 / 3 * self.settings.epochs * self.frames * pixels
         return sum(START_S + passes * PIXEL_S[fit.network] * fit.share for fit in self.fits)
 

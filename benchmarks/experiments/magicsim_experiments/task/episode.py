@@ -13,8 +13,7 @@ from magicsim.detectors.profile import DetectorProfile
 from magicsim.detectors.rest import fuse
 from magicsim.detectors.verdict import Verdict
 from magicsim.errors import MagicsimError
-from magicsim_experiments.task.carriage import Command
-from magicsim_experiments.task.world import Happened, World
+from magicsim_experiments.task.world import Command, Happened, World
 
 RELEASE_FRAMES = 2
 """Frames at B before the gripper opens on purpose."""

@@ -37,21 +37,15 @@ def resolved(
     Returns:
         Plain values, as TOML and JSON take them.
     """
-    fingers = next(iter(scenes.values())).model_dump(mode="json", exclude={"object": True, "contact": {"friction"}})
+    left_out: Any = {"object": True, "contact": {"friction"}}
+    fingers = next(iter(scenes.values())).model_dump(mode="json", exclude_none=True, exclude=left_out)
     files = {name: file_hashes(scene.model_dump(mode="json")) for name, scene in scenes.items()}
     content = {
-        "profile": dict(profile), "items": {name: item.model_dump(mode="json") for name, item in items.items()},
+        "profile": dict(profile),
+        "items": {name: item.model_dump(mode="json", exclude_none=True) for name, item in items.items()},
         "fingers": fingers, "sha256": {name: found for name, found in files.items() if found},
     }  # fmt: skip
-    settings: dict[str, Any] = plain_values(config.model_dump(mode="json") | {"resolved": content})
-    return settings
-
-
-def plain_values(settings: Any) -> Any:  # noqa: ANN401 - plain values of any kind
-    """Settings as TOML and JSON take them: tables without keys that have no value."""
-    if isinstance(settings, Mapping):
-        return {key: plain_values(each) for key, each in settings.items() if each is not None}
-    return [plain_values(each) for each in settings] if isinstance(settings, list | tuple) else settings
+    return config.model_dump(mode="json", exclude_none=True) | {"resolved": content}
 
 
 def digest_of(settings: Mapping[str, Any]) -> str:

@@ -1,10 +1,10 @@
 """Everything that a run of grasps depends on."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field
 
 from magicsim.config.models import Config, load_preset
 from magicsim.geometry.objects.kinds import ObjectConfig
@@ -51,13 +51,13 @@ def in_order(pair: tuple[float, float]) -> tuple[float, float]:
     return pair
 
 
-def refuse_given(settings: Sequence[str], given: Mapping[str, str]) -> None:
-    """Refuses `dotted.key=value` settings of the fingers' scene that the task says, and which would change nothing."""
+def refused(settings: Sequence[str], given: Mapping[str, str]) -> Iterator[str]:
+    """Why `dotted.key=value` settings of the fingers' scene are refused that the task says: they would do nothing."""
     for each in settings:
         key = each.partition("=")[0].strip()
         for name, by in given.items():
             if key == name or key.startswith(f"{name}."):
-                raise ValueError(f"scene: '{each}' is not allowed: must be left to {by}")
+                yield f"scene: '{each}' is not allowed: must be left to {by}"
 
 
 class GripperConfig(Config):
@@ -117,18 +117,10 @@ class GraspConfig(GripperConfig):
     flashlight: Literal["usual", "any"] = "usual"
     """When flashlights shine: before the approach and in transport, or at any stage, see `task.story`."""
 
-    @model_validator(mode="after")
-    def _check_scene(self) -> Self:
+    def _problems(self) -> Iterator[str]:
         given = {"rig.room": "room", "references": "the detector's profile", "keyframes": "the task"}
-        refuse_given(self.scene, GIVEN | given)
-        return self
-
-    @model_validator(mode="after")
-    def _check_near(self) -> Self:
-        most = 2 * self.open_gap_mm
-        if self.near_mm[1] > most:
-            raise ValueError(
-                f"near_mm = {self.near_mm[0]:g}, {self.near_mm[1]:g} is not allowed: must be at most {most:g}, twice "
-                "open_gap_mm, where the other finger is"
-            )
-        return self
+        yield from refused(self.scene, GIVEN | given)
+        (low, high), most = self.near_mm, 2 * self.open_gap_mm
+        if high > most:
+            where = f"must be at most {most:g}, twice open_gap_mm, where the other finger is"
+            yield f"near_mm = {low:g}, {high:g} is not allowed: {where}"

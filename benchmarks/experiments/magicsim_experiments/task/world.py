@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from magicsim.detectors.grasp import GraspStage
 from magicsim.errors import ConfigError
@@ -11,7 +12,6 @@ from magicsim.robot.grip.load import Hold, Load
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
-from magicsim_experiments.task.carriage import Carriage, Command, driven
 from magicsim_experiments.task.hand import WAY_MM, hand_mesh, hand_pose
 from magicsim_experiments.task.settings import GraspConfig, Item
 from magicsim_experiments.task.story import Since, Story
@@ -26,9 +26,44 @@ DEEPEST_MM, TILT_DEG, TWIST_DEG = 2.0, 10.0, 25.0
 PATIENCE_S = 3.0
 """How long a hand offers an item that nobody takes [s]."""
 ROUNDING_MM = 1e-6
-"""Difference of widths that counts as none [mm]."""
+"""Difference of widths or places that counts as none [mm]."""
 FINE_MM, FINE_STEP_MM = 0.6, 0.15
 """Room on each side below which fingers close by less in a frame [mm]: they slow down before they press."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Command:
+    """Motion of the next frame."""
+
+    fingers: Literal["close", "open", "stay"]
+    carriage: Literal["to_b", "to_a", "stay"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Carriage:
+    """Where it is."""
+
+    place_mm: float = 0.0
+    speed_mm_s: float = 0.0
+    acceleration_mm_s2: float = 0.0
+    """In the last step."""
+
+
+def driven(now: Carriage, target_mm: float, *, dt_s: float, most_mm_s: float, most_mm_s2: float) -> Carriage:
+    """The carriage after a step towards a place: it speeds up, and slows down in time to stop there."""
+    left, brake = target_mm - now.place_mm, most_mm_s2 * dt_s
+    # A speed that falls by one brake in each of the next n steps stops exactly at the target.
+    steps = math.floor((math.sqrt(1 + 8 * abs(left) / (brake * dt_s)) - 1) / 2)
+    stopping = (abs(left) / dt_s + brake * steps * (steps + 1) / 2) / (steps + 1)
+    wanted = math.copysign(min(most_mm_s, stopping), left)
+    change = min(max(wanted - now.speed_mm_s, -brake), brake)
+    speed = now.speed_mm_s + change
+    place = now.place_mm + speed * dt_s
+    return Carriage(
+        place_mm=target_mm if abs(place - target_mm) < ROUNDING_MM else place,
+        speed_mm_s=speed,
+        acceleration_mm_s2=change / dt_s,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -84,7 +84,6 @@ def test_alignment_fine_tunes_on_other_units(tmp_path: Path):
         "recipe.episodes=12",
         "recipe.episodes_per_sensor=12",
         "fine_tuning.epochs=3",
-        "fine_tuning.long_side_px=0",
     )
     run(made("alignment", *changes), tmp_path / "out")
     parts = {row["frames_of"]: row for row in rows(tmp_path / "out", "units") if row["label"] == "r_z"}

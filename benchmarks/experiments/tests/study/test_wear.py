@@ -94,7 +94,7 @@ def test_no_contact_that_is_learned_from_comes_again_on_a_worn_or_a_second_unit(
 def test_small_form_tests_life_drifts_and_a_second_unit(tmp_path: Path):
     small = (
         "recipe.episodes=8", "part_episodes=2", "drift_episodes=2", "other_episodes=8", "fine_tuning.epochs=2",
-        "fine_tuning.long_side_px=0", "learning.epochs=3", "learning.curve=[]", "check_episodes=0",
+        "learning.epochs=3", "learning.curve=[]", "check_episodes=0",
     )  # fmt: skip
     study = made("wear", *small)
     run(study, tmp_path)

@@ -2,7 +2,7 @@ from itertools import pairwise
 
 import pytest
 
-from magicsim_experiments.task.carriage import Carriage, driven
+from magicsim_experiments.task.world import Carriage, driven
 
 STEP = {"dt_s": 1 / 15, "most_mm_s": 150.0, "most_mm_s2": 1000.0}
 

@@ -78,7 +78,8 @@ def fits_of(stage: LearningStage, prefix: str) -> list[Fit]:
 
 def checked_parts(folder: Path, stage: LearningStage, seen: Answers) -> dict[str, Answers | None]:
     """Answers on the presses that were rendered again, as they are and in each further rendering, by its name."""
-    further = {name: read_answers(folder, stage, "press", f"answers-{name}.parquet") for name in stage.also}
+    again = [name for name, same_presses in stage.also.items() if same_presses]
+    further = {name: read_answers(folder, stage, "press", f"answers-{name}.parquet") for name in again}
     presses = [each.column("press") for each in further.values() if each is not None]
     if not presses:
         return {}

@@ -1,11 +1,11 @@
 """Stages that every study that learns has: its data, the data that check what it rests on, and its models."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.config.models import validate
 from magicsim.dataset.recipes.recipe import Recipe
@@ -50,10 +50,9 @@ class LearnedConfig(StudyConfig):
         recipe = named_table(data.get("recipe"), "recipe", folder) | changes
         return data | {"recipe": {key: value for key, value in recipe.items() if key not in OF_STUDY}}
 
-    @model_validator(mode="after")
-    def _check_recipe(self) -> Self:
-        self.dataset_recipe()
-        return self
+    def _problems(self) -> Iterable[str]:
+        self.dataset_recipe()  # raises
+        return ()
 
     def dataset_recipe(self, **changes: Any) -> Recipe:  # noqa: ANN401 - values of a recipe
         """The recipe with the study's design, rig and seed in place, its places and depths fitted to the block.

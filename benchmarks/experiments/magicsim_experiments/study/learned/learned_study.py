@@ -217,9 +217,10 @@ class LearnedStudy(Study):
 
     def tuned(self, data: DatasetStage, settings: LearningSettings, *fits: Fit) -> LearningStage:
         """The first model, trained further on other data."""
-        frames = data.recipe.episodes * type(self).counted(data.recipe.paths)
+        frames, own = data.recipe.episodes * type(self).counted(data.recipe.paths), self.learning.settings
+        alike = settings.model_copy(update={"long_side_px": own.long_side_px, "input": own.input})
         return replace(
-            self.learning, name="fine-tuning", dataset=data.name, recipe=data.recipe, settings=settings, frames=frames,
+            self.learning, name="fine-tuning", dataset=data.name, recipe=data.recipe, settings=alike, frames=frames,
             also={}, start=(self.learning.name, self.learning.fits[0].name), fits=fits,
         )  # fmt: skip
 
@@ -259,17 +260,20 @@ class LearnedStudy(Study):
             curve_table(folder, self.learning, labels, seed=seed),
             compared_table(
                 checked_parts(folder, self.learning, seen), labels, name="checks", title="What it rests on", seed=seed,
-                note="The same presses without noise of the camera, and with four times the samples and particles.",
+                note="The same presses without noise of the camera, and with four times the samples and particles or, "
+                "of the fast tier, rendered truly.",
             ),
         )  # fmt: skip
 
     def facts(self, seen: Answers, what: str) -> dict[str, str]:
         """What the result was made of, in words."""
         presses, units = (len(np.unique(seen.column(name))) for name in ("press", "unit"))
-        camera = self.data[0].recipe.rig.camera
+        recipe = self.data[0].recipe
+        camera = recipe.rig.camera
         return {
             "Frames": f"{len(seen)} {what} of {presses} episodes",
             "Printed units": str(units),
-            "Frames rendered at": f"{camera.columns} x {camera.rows} pixels",
+            "Frames rendered at": f"{camera.columns} x {camera.rows} pixels, render.tier = {recipe.render.tier}",
+            "Forces": f"contact.quality = {recipe.contact.quality}",
             "Networks": ", ".join(self.config.learning.networks),
         }

@@ -42,10 +42,7 @@ def brightening(rest: Frame, touched: Frame, where: Mask) -> dict[str, dict[str,
     rows, columns = np.nonzero(where)
     y, x = np.mgrid[: where.shape[0], : where.shape[1]]
     dx, dy = x - columns.mean(), rows.mean() - y
-    sides = {
-        "-x": (dx < 0) & (abs(dx) > abs(dy)), "+x": (dx > 0) & (abs(dx) > abs(dy)),
-        "-y": (dy < 0) & (abs(dy) > abs(dx)), "+y": (dy > 0) & (abs(dy) > abs(dx)),
-    }  # fmt: skip
+    sides = dict(zip(SIDES, (-dx > abs(dy), dx > abs(dy), -dy > abs(dx), dy > abs(dx)), strict=True))
     change = touched.astype(float) - rest
     return {
         name: {side: float(change[where & part, each].mean()) for side, part in sides.items()}

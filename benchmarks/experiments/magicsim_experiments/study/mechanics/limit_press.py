@@ -1,13 +1,13 @@
 """Presses of domed indenters that say how hard skin and infill are used: the pieces of the study `limits`."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from magicsim.arrays import Array
 from magicsim.config.models import Config
@@ -42,14 +42,10 @@ class YieldStress(Config):
     mpa: Stress
     high_mpa: Stress
 
-    @model_validator(mode="after")
-    def _check_order(self) -> Self:
+    def _problems(self) -> Iterator[str]:
         if not self.low_mpa <= self.mpa <= self.high_mpa:
-            raise ValueError(
-                f"low_mpa = {self.low_mpa:g}, mpa = {self.mpa:g}, high_mpa = {self.high_mpa:g} are not allowed: must "
-                "not decrease"
-            )
-        return self
+            numbers = f"low_mpa = {self.low_mpa:g}, mpa = {self.mpa:g}, high_mpa = {self.high_mpa:g}"
+            yield f"{numbers} are not allowed: must not decrease"
 
     @property
     def each(self) -> tuple[float, float, float]:
@@ -103,12 +99,10 @@ class LimitsConfig(StudyConfig):
     beside: Beside | None = None
     sheared: Sheared | None = None
 
-    @model_validator(mode="after")
-    def _check_depths(self) -> Self:
+    def _problems(self) -> Iterator[str]:
         for name, depths in self.paths_mm.items():
             if any(later <= earlier for earlier, later in pairwise(depths)):
-                raise ValueError(f"{name} = {list(depths)} is not allowed: must increase")
-        return self
+                yield f"{name} = {list(depths)} is not allowed: must increase"
 
     @property
     def paths_mm(self) -> dict[str, tuple[float, ...]]:

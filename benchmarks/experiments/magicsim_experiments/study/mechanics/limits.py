@@ -76,11 +76,14 @@ class Limits(Study):
         """Refuses curved faces and presses through the block."""
         if self.config.design.face is not None:
             raise ConfigError("study 'limits' needs a flat face: design.face is set")
-        deepest = max(max(depths) for depths in self.config.paths_mm.values())
-        height = min(self.config.with_skin(skin).height_mm for skin in self.config.skins_mm)
-        if deepest > MAX_DEPTH_SHARE * height:
-            msg = f"depths_mm = {deepest:g} is not allowed: at most {MAX_DEPTH_SHARE * height:g}, 90 % of the height"
-            raise ConfigError(msg)
+        config, sheared, beside = self.config, self.config.sheared, self.config.beside
+        skins = {"beside.depths_mm": beside.skins_mm} if beside else {}
+        cases = [(max(depths), skins.get(name, config.skins_mm)) for name, depths in config.paths_mm.items()]
+        cases += [(max(depth for depth, _ in sheared.paths_mm), (sheared.skin_mm,))] if sheared else []
+        for deepest, those in cases:
+            most = MAX_DEPTH_SHARE * min((config.with_skin(skin).height_mm for skin in those), default=np.inf)
+            if deepest > most:
+                raise ConfigError(f"depths_mm = {deepest:g} is not allowed: at most {most:g}, 90 % of the height")
 
     def stages(self) -> Sequence[PiecesStage]:
         """Presses, those with resolved walls above and beside the middle of a cell, and sheared ones."""

@@ -1,14 +1,15 @@
 """How alike the units of a kind are: their faces, touched until a threshold of force, printed against moulded."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
+from scipy.interpolate import interpn
 
 from magicsim.arrays import Array
 from magicsim.config.models import Config
@@ -91,11 +92,9 @@ class ManufacturingConfig(StudyConfig):
         """The moulded design put in place."""
         return data | {"moulded_design": named_table(data.get("moulded_design", "gelsight-type"), "design", folder)}
 
-    @model_validator(mode="after")
-    def _check_depths(self) -> Self:
+    def _problems(self) -> Iterator[str]:
         if any(later <= earlier for earlier, later in pairwise(self.depths_mm)):
-            raise ValueError(f"depths_mm = {list(self.depths_mm)} is not allowed: must increase")
-        return self
+            yield f"depths_mm = {list(self.depths_mm)} is not allowed: must increase"
 
 
 THICKER_MM = 0.3
@@ -250,15 +249,9 @@ class Manufacturing(Study):
     def _depth(self, places_mm: Array, depths: tuple[float, Array], unit: UnitShape) -> Array:
         """Depth of the face at the threshold at any places of a unit, shape (places,) [mm]."""
         count, by_thickness, known = self.config.places_across, *depths
-        table = known.reshape(count, count)
         share = np.abs(places_mm) / (np.array(self.config.design.footprint_mm) * self.config.place_share / 2)
-        local = share * (count - 1)
-        first = np.clip(local.astype(int), 0, count - 2)
-        x, y = (local - first).T
-        i, j = first.T
-        low = (1 - x) * table[j, i] + x * table[j, i + 1]
-        high = (1 - x) * table[j + 1, i] + x * table[j + 1, i + 1]
-        depth = (1 - y) * low + y * high + by_thickness * unit.height_mm
+        depth = interpn((np.linspace(0, 1, count),) * 2, known.reshape(count, count).T, share)
+        depth += by_thickness * unit.height_mm
         return np.asarray(depth * unit.stiffness ** (-2 / 3))  # force^(2/3) grows with depth
 
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from magicsim.arrays import Array, Mask
 
@@ -70,8 +71,7 @@ def fitted_surface(places_mm: Array, heights_mm: Array) -> Callable[[Array], Arr
 
 def outliers(places_mm: Array, heights_mm: Array) -> Mask:
     """Touches that are far from the median of their neighbours, shape (touches,)."""
-    distance = np.linalg.norm(places_mm[:, None] - places_mm[None], axis=-1)
-    near = np.argsort(distance, axis=1)[:, 1 : NEIGHBOURS + 1]
+    near = np.asarray(cKDTree(places_mm).query(places_mm, NEIGHBOURS + 1)[1])[:, 1:]
     apart = np.abs(heights_mm - np.median(heights_mm[near], axis=1))
     return np.asarray(apart > OUTLIER * max(float(np.median(apart)), 1e-9))
 

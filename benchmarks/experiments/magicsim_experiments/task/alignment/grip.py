@@ -1,10 +1,11 @@
 """How an item is held in an episode, and the gripper that holds it."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field
 
 from magicsim.config.models import validate
 from magicsim.errors import ConfigError
@@ -14,7 +15,7 @@ from magicsim.robot.gripper import Gripper
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim_experiments.learn.model_file import ModelConfig
-from magicsim_experiments.task.settings import GIVEN, GripperConfig, Item, in_order, refuse_given
+from magicsim_experiments.task.settings import GIVEN, GripperConfig, Item, in_order, refused
 
 HOW = (
     "'magicsim study alignment --out DIR' makes one, DIR/models/learning/press-0/model.safetensors (--quick: in "
@@ -57,10 +58,8 @@ class AlignmentConfig(GripperConfig):
     within_deg: Annotated[float, Field(gt=0, le=45)] = 2.0
     """Error below which an item counts as upright [degrees]."""
 
-    @model_validator(mode="after")
-    def _check_scene(self) -> Self:
-        refuse_given(self.scene, GIVEN | {"references": "references", "keyframes": "the task"})
-        return self
+    def _problems(self) -> Iterator[str]:
+        return refused(self.scene, GIVEN | {"references": "references", "keyframes": "the task"})
 
 
 STREAM = 38
@@ -92,9 +91,10 @@ def draw_grip(config: AlignmentConfig, episode: int) -> Grip:
     """How the item of an episode, by its number, is held: items take turns, sides too."""
     rng = np.random.default_rng(np.random.SeedSequence([config.seed, STREAM, episode]))
     low, high = config.askew_deg
-    side = 1 if (episode // len(config.items) + episode) % 2 else -1
+    turn, number = divmod(episode, len(config.items))
+    side = 1 if (turn + number) % 2 else -1
     return Grip(
-        item=config.items[episode % len(config.items)],
+        item=config.items[number],
         askew_deg=side * float(rng.uniform(low, high)),
         x_mm=float(rng.uniform(-config.aside_mm, config.aside_mm)),
         y_mm=float(rng.uniform(-config.aside_mm, config.aside_mm)),

@@ -63,11 +63,12 @@ def test_one_episode_has_no_interval():
     assert (two.value, two.low, two.high) == (2.0, 1.0, 3.0)
 
 
-def test_items_and_sides_take_turns():
-    config = AlignmentConfig(items=("a", "b"), askew_deg=(5, 40))
-    grips = [draw_grip(config, number) for number in range(8)]
-    assert [each.item for each in grips] == ["a", "b"] * 4
+@pytest.mark.parametrize("items", ["a", "ab", "abc"])
+def test_items_and_sides_take_turns(items):
+    config = AlignmentConfig(items=tuple(items), askew_deg=(5, 40))
+    grips = [draw_grip(config, number) for number in range(4 * len(items))]
+    assert [each.item for each in grips] == [*items] * 4
     assert all(5 <= abs(each.askew_deg) <= 40 for each in grips)
-    for item in "ab":
+    for item in items:
         assert {each.askew_deg > 0 for each in grips if each.item == item} == {True, False}
     assert draw_grip(config, 3) == grips[3]
