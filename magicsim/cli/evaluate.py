@@ -87,7 +87,7 @@ def evaluate(
     if quick and on is not None:
         raise ConfigError("--quick is not allowed with --on: frames that exist need no rendering")
     is_shipped = quick and suite == SHIPPED
-    refuse_settings_of_frames(settings or [] if is_shipped else [])
+    refuse_settings_of_frames(settings or [], quick=is_shipped, existing=on is not None)
     config = load_suite(suite, settings or [], seed=seed)
     make = named_detector(detector, profile=profile)
     make()  # what cannot be made is told before anything is rendered

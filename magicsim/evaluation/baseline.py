@@ -206,7 +206,7 @@ class Comparison:
 def set_beside(
     baseline: Baseline, episodes: Sequence[JudgedEpisode], *, suite: str, detector: str, seed: int
 ) -> Comparison:
-    """An evaluation beside a baseline.
+    """An evaluation beside a baseline; its first episode has the standard condition.
 
     Scores are compared where the detector is the baseline's; `seed` is that of the exchanges. `ConfigError` where no
     episode is in common, or none with the same frames and the baseline is of another suite.
@@ -225,7 +225,12 @@ def set_beside(
     if not alike and (baseline.suite != suite or not other):
         share = "frames" if other else "episode"
         raise ConfigError(f"baseline of suite '{baseline.suite}' has no {share} in common with suite '{suite}'; {ANEW}")
-    options: dict[str, Any] = {"seed": seed, "same_scale": Path(baseline.detector) == Path(detector)}
+    standard = condition_of(episodes[0])
+    options: dict[str, Any] = {
+        "seed": seed,
+        "standard": standard,
+        "same_scale": Path(baseline.detector) == Path(detector),
+    }
     changes, moved = (
         compare(pairs, [condition_of(now) for _, now in pairs], **options) if pairs else []
         for pairs in (alike, changed)

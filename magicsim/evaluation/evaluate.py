@@ -233,7 +233,8 @@ def group_episodes(episodes: Sequence[JudgedEpisode]) -> dict[str, list[JudgedEp
         for one in dict.fromkeys(conditions)
     }
     standard = groups[conditions[0]]
-    if elsewhere := [one for one in groups if one.startswith(f"{conditions[0]}/")]:
+    light, noise, *_ = conditions[0].split("/")
+    if elsewhere := [one for one in groups if one != conditions[0] and one.split("/")[:2] == [light, noise]]:
         groups["other places"] = [each for one in elsewhere for each in groups[one]]
     for kind in ("sensor", "role", "object", "path"):
         values = dict.fromkeys(getattr(each.tag, kind) for each in standard)

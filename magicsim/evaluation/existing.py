@@ -16,6 +16,7 @@ from magicsim.config.named_files import read_with_paths
 from magicsim.dataset.export.source import open_dataset
 from magicsim.dataset.frames import FrameTable, open_frames
 from magicsim.dataset.manifest import MANIFEST
+from magicsim.detectors.combined import followed
 from magicsim.detectors.features import Episode
 from magicsim.detectors.offline import json_text, rows, table_lines, told_of_references
 from magicsim.detectors.picture import read_image
@@ -215,7 +216,9 @@ def write_existing_verdicts(
         for number, frame in enumerate(film.images.frames()):
             if number == 0:
                 warn_of_turned(untouched, frame, film.tag.take)
-            yield detector.verdict(frame, source=f"{film.tag.take}#{number}")
+            verdict = detector.verdict(frame, source=f"{film.tag.take}#{number}")
+            detector = replace(detector, references=followed(detector.references, verdict, chosen))
+            yield verdict
 
     judged = chain.from_iterable(rows(verdicts(film), chosen, grasp=grasp) for film in existing.films)
     table = [{**row, "proximity": None} if coated else row for row in islice(judged, frames)]

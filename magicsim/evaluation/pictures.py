@@ -73,7 +73,7 @@ CaptionedFrame = Mapping[str, str]
 
 def sheet(footage: Sequence[Footage], episodes: Sequence[JudgedEpisode], standard: str) -> list[CaptionedFrame]:
     """A near and a pressed frame of every take in the standard condition, and a lit one of every other light."""
-    noise = standard.partition("/")[2]
+    noise = standard.split("/")[1]
     pictures = []
     for film, episode in zip(footage, episodes, strict=True):
         if film.tag.noise != noise:

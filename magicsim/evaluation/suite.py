@@ -245,11 +245,15 @@ def load_suite(name: str | Path, overrides: Sequence[str] = (), *, seed: int | N
     return suite
 
 
-def refuse_settings_of_frames(settings: Sequence[str]) -> None:
-    """Refuses (`ConfigError`) settings that frames which come with the program cannot follow."""
-    for key in (each.partition("=")[0].strip() for each in settings):
-        if key not in SETTINGS_OF_QUICK:
+def refuse_settings_of_frames(settings: Sequence[str], *, quick: bool, existing: bool) -> None:
+    """Refuses (`ConfigError`) settings that frames cannot follow which come with the program, or exist already.
+
+    A recording says nothing of its sensor, which may be set.
+    """
+    option, allowed = ("--on", ("design", "rig", "frames_per_second")) if existing else ("--quick", ())
+    for key in (each.partition("=")[0].strip() for each in settings if quick or existing):
+        if key not in SETTINGS_OF_QUICK and key.partition(".")[0] not in allowed:
             raise ConfigError(
-                f"--set {key} is not allowed with --quick, whose frames come with the program: must be one of "
-                f"{', '.join(SETTINGS_OF_QUICK)}; without --quick frames are rendered"
+                f"--set {key} is not allowed with {option}, whose frames exist: must be one of "
+                f"{', '.join((*SETTINGS_OF_QUICK, *allowed))}; without {option} frames are rendered"
             )

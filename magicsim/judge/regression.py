@@ -201,20 +201,21 @@ class Change:
         return -self.fall >= self.matters and (self.p_rise_corrected is None or self.p_rise_corrected < SIGNIFICANCE)
 
 
-def compare(pairs: Sequence[Pair], conditions: Sequence[str], *, seed: int, same_scale: bool = False) -> list[Change]:
-    """All compared measures of all conditions, with corrected p-values."""
-    changes = _tested(pairs, conditions, seed=seed)
-    if same_scale:
-        changes += _scores(
-            [pair for pair, one in zip(pairs, conditions, strict=True) if one == conditions[0]], conditions[0]
-        )
+def compare(
+    pairs: Sequence[Pair], conditions: Sequence[str], *, standard: str, seed: int, same_scale: bool = False
+) -> list[Change]:
+    """All compared measures of all conditions, with corrected p-values; in the standard one smaller changes matter."""
+    changes = _tested(pairs, conditions, standard=standard, seed=seed)
+    chosen = [pair for pair, one in zip(pairs, conditions, strict=True) if one == standard]
+    if same_scale and chosen:
+        changes += _scores(chosen, standard)
     return [
         replace(each, frames=_frames(each, pairs, conditions)) if each.is_regression or each.is_improvement else each
         for each in changes
     ]
 
 
-def _tested(pairs: Sequence[Pair], conditions: Sequence[str], *, seed: int) -> list[Change]:
+def _tested(pairs: Sequence[Pair], conditions: Sequence[str], *, standard: str, seed: int) -> list[Change]:
     """Measures whose change is tested over takes."""
     takes = list(dict.fromkeys(now.tag.take for _, now in pairs))
     tried = exchanges(len(takes), seed=seed)
@@ -226,7 +227,7 @@ def _tested(pairs: Sequence[Pair], conditions: Sequence[str], *, seed: int) -> l
         table = _both(chosen)
         mixed = tried[:, [takes.index(now.tag.take) for _, now in chosen]]
         for name, kind in TABLE.items():
-            matters = kind.matters if condition == conditions[0] else kind.matters_elsewhere
+            matters = kind.matters if condition == standard else kind.matters_elsewhere
             if matters is None or name in SCORE_MEANS:
                 continue
             old, new = _values(table, name, mixed), _values(table, name, ~mixed)

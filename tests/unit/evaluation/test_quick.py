@@ -80,6 +80,12 @@ def test_verdicts_on_them_are_those_of_the_baseline_that_comes_with_the_program(
 
 
 def test_settings_that_frames_cannot_follow_are_refused():
-    refuse_settings_of_frames(["resamples=99", "rest_s=0", "rig.camera.live={}"])
-    with pytest.raises(ConfigError, match=r"--set design.skin_mm is not allowed .* rig.camera.live; without"):
-        refuse_settings_of_frames(["design.skin_mm=0.7"])
+    refuse_settings_of_frames(["resamples=99", "rest_s=0", "rig.camera.live={}"], quick=True, existing=False)
+    refuse_settings_of_frames(["design.skin_mm=0.7"], quick=False, existing=False)
+    refuse_settings_of_frames(["rig=digit-rgb"], quick=False, existing=True)
+    with pytest.raises(
+        ConfigError, match=r"--set design.skin_mm is not allowed with --quick.* rig.camera.live; without"
+    ):
+        refuse_settings_of_frames(["design.skin_mm=0.7"], quick=True, existing=False)
+    with pytest.raises(ConfigError, match=r"--set noises is not allowed with --on, whose frames exist"):
+        refuse_settings_of_frames(["noises=[]"], quick=False, existing=True)

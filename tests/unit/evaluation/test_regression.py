@@ -96,7 +96,7 @@ def test_improvement_is_told_and_is_no_regression(judge: Judge, tmp_path: Path):
 def test_regression_names_the_frames_whose_verdict_became_wrong():
     before = [judged(name) for name in NAMES]
     now = [judged(name, miss=(4, 5, 10)) for name in NAMES]
-    found = compare(list(zip(before, now, strict=True)), ["one"] * len(NAMES), seed=0)
+    found = compare(list(zip(before, now, strict=True)), ["one"] * len(NAMES), standard="one", seed=0)
     near = next(each for each in found if each.measure == "proximity_balanced_accuracy")
     assert near.is_regression
     assert [(run.episode, run.first, run.last) for run in near.frames] == [(f"{name}/rig", 4, 5) for name in NAMES]
@@ -107,7 +107,9 @@ def test_regression_names_the_frames_whose_verdict_became_wrong():
 
 def test_fall_of_one_episode_among_ten_is_not_significant():
     now = [judged(NAMES[0], miss=range(4, 14)), *(judged(name) for name in NAMES[1:])]
-    found = compare([(judged(name), each) for name, each in zip(NAMES, now, strict=True)], ["one"] * 10, seed=0)
+    found = compare(
+        [(judged(name), each) for name, each in zip(NAMES, now, strict=True)], ["one"] * 10, standard="one", seed=0
+    )
     fallen = next(each for each in found if each.measure == "proximity_balanced_accuracy")
     assert fallen.fall > fallen.matters
     assert fallen.p_fall == 0.5
@@ -122,8 +124,8 @@ def shifted(name: str, *, near: float = 0.0, clear: float = 0.0) -> JudgedEpisod
 
 def test_scores_that_lose_margin_without_any_other_verdict_are_a_regression_of_a_detector_and_its_former_self():
     pairs = [(judged(name), shifted(name, near=-0.1, clear=-0.1)) for name in NAMES]
-    assert not any(each.is_regression for each in compare(pairs, ["one"] * 10, seed=0))
-    found = {each.measure: each for each in compare(pairs, ["one"] * 10, seed=0, same_scale=True)}
+    assert not any(each.is_regression for each in compare(pairs, ["one"] * 10, standard="one", seed=0))
+    found = {each.measure: each for each in compare(pairs, ["one"] * 10, standard="one", seed=0, same_scale=True)}
     near = found["near_score"]
     assert near.is_regression
     assert near.p_fall is None
@@ -138,7 +140,7 @@ def test_scores_that_lose_margin_without_any_other_verdict_are_a_regression_of_a
 
 def test_scores_of_a_detector_that_tells_nothing_apart_are_not_compared():
     blind = [replace(judged(name), approach=np.zeros(18), touch=np.zeros(18)) for name in NAMES]
-    found = compare([(each, each) for each in blind], ["one"] * 10, seed=0, same_scale=True)
+    found = compare([(each, each) for each in blind], ["one"] * 10, standard="one", seed=0, same_scale=True)
     assert not {each.measure for each in found} & set(SCORE_MEANS)
 
 
@@ -147,7 +149,7 @@ def test_p_value_is_that_of_the_exact_sign_flip_test():
     counts = [3, 2, 2, 1, 1, 1, 0, 0, 1, 2]
     before = [judged(name, miss=(4,) if number == 6 else ()) for number, name in enumerate(NAMES)]
     now = [judged(name, miss=range(4, 4 + count)) for name, count in zip(NAMES, counts, strict=True)]
-    found = compare(list(zip(before, now, strict=True)), ["one"] * 10, seed=0)
+    found = compare(list(zip(before, now, strict=True)), ["one"] * 10, standard="one", seed=0)
     fallen = next(each for each in found if each.measure == "proximity_balanced_accuracy")
     differences = np.array(counts) - np.array([number == 6 for number in range(10)])
     signs = np.array(np.meshgrid(*[[-1, 1]] * 10)).reshape(10, -1)
@@ -171,7 +173,9 @@ def test_false_alarms_stay_below_the_significance_where_nothing_changed():
             [judged(name, miss=np.flatnonzero(random.random(18) < 0.1), seed=seed) for name in NAMES]
             for seed in random.integers(0, 1000, 2)
         ]
-        alarms += any(each.is_regression for each in compare(list(zip(*runs, strict=True)), ["one"] * 10, seed=0))
+        alarms += any(
+            each.is_regression for each in compare(list(zip(*runs, strict=True)), ["one"] * 10, standard="one", seed=0)
+        )
     assert alarms <= 4  # 5 % of 30 are 1.5; 5 or more have a probability of 2 %
 
 
