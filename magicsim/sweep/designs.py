@@ -21,11 +21,11 @@ from magicsim.sampling.distribution import unit_points
 from magicsim.scenes.rig import Rig, in_room
 from magicsim.scenes.scene import RenderSettings
 from magicsim.sweep.measures import SweepQuality
-from magicsim.sweep.sweep_file import SweepConfig
+from magicsim.sweep.sweep_file import OF_QUALITY, SweepConfig
 
 
 class SweptSensor(Config):
-    """Everything that a sweep may change; fields are named `design.skin_mm`, `rig.camera.gamma`, `render.samples`."""
+    """Everything that a sweep may change; fields are named `design.skin_mm`, `rig.camera.gamma`, `render.facet_mm`."""
 
     design: ElastomerDesign
     rig: Rig
@@ -44,8 +44,7 @@ def camera_of(sensor: SweptSensor, quality: SweepQuality, *, scale: int = 1) -> 
 
 def render_of(sensor: SweptSensor, quality: SweepQuality) -> RenderSettings:
     """The sensor's rendering at the quality's samples and particles."""
-    names = ("samples", "particles", "anchor_samples", "anchor_particles")
-    return sensor.render.model_copy(update={name: getattr(quality, name) for name in names})
+    return sensor.render.model_copy(update={name: getattr(quality, name) for name in OF_QUALITY})
 
 
 POINTS = 4

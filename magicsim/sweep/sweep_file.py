@@ -27,6 +27,8 @@ SHAPES = (
 """Tolerances that change meshes or forces, which the renderings of a design share."""
 TIMED = ("exposure_ms", "flicker_depth", "led_drift_share", "live_frames")
 """What a camera does in the course of a stream; frames of a film have no times."""
+OF_QUALITY = ("samples", "particles", "anchor_samples", "anchor_particles")
+"""Settings of `render` that the quality gives."""
 
 
 def problem_with(tolerances: Tolerances, camera: CameraNoise) -> str | None:
@@ -230,10 +232,18 @@ class SweepConfig(Config):
 
     def _draw_problems(self) -> Iterator[str | None]:
         yield problem_with(self.tolerances, self.camera)
+        if self.render.tier == "fast":
+            yield "render.tier = 'fast' is not allowed: a sweep's frames are true ones"
         swept = {each.field for each in self.swept} | {name for each in self.also for name in each}
-        for name in self.camera.model_dump(exclude_none=True):
-            if f"rig.camera.{'.'.join(IN_TABLES.get(name, (name,)))}" in swept:
-                yield f"camera.{name} is not allowed where that of the rig is swept: must be one of the two"
+        for name in OF_QUALITY:
+            if f"render.{name}" in swept:
+                yield f"render.{name} is not allowed to be swept: quality.{name} has it for all designs"
+        for name in dict.fromkeys((*self.camera.model_dump(exclude_none=True), *TIMED)):
+            field = f"rig.camera.{'.'.join(IN_TABLES.get(name, (name,)))}"
+            if field in swept:
+                why = "of the rig is not allowed to be swept: frames of a film have no times"
+                why = why if name in TIMED else "is not allowed where that of the rig is swept: must be one of the two"
+                yield f"camera.{name} {why}"
 
     def _count_problems(self) -> Iterator[str | None]:
         if len(self.also) > MAX_DESIGNS:

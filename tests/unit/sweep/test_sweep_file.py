@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import pytest
@@ -107,3 +108,20 @@ def test_durability_is_measured_only_where_it_is_named():
     assert (
         "safe_depth_mm" in small_sweep("measures=['safe_depth_mm']", "objectives=[{measure='safe_depth_mm'}]").measures
     )
+
+
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        (
+            ["swept=[{field='render.samples',values=[2,8]}]"],
+            "render.samples is not allowed to be swept: quality",
+        ),
+        (["also=[{'render.anchor_particles'=50000}]"], "quality.anchor_particles has it for all designs"),
+        (["swept=[{field='rig.camera.shutter.exposure_ms',values=[5.0,10.0]}]"], "frames of a film have no times"),
+        (["render.tier=fast"], "render.tier = 'fast' is not allowed: a sweep's frames are true ones"),
+    ],
+)
+def test_what_would_change_no_frame_is_refused(settings: list[str], told: str):
+    with pytest.raises(ConfigError, match=re.escape(told)):
+        small_sweep(*settings)

@@ -150,9 +150,10 @@ class LightModes(Study):
 
     def conclude(self, folder: Path) -> StudyResult:
         """Shares of radiance by kind of way, and the trends that were published, measured."""
-        found = [json.loads(each) for each in read_pieces(folder, self._modes) if each is not None]
-        lost = read_refusals(folder, self._modes) | read_refusals(folder, self._touches)
-        groups = {ior: found[k * DRAWS : (k + 1) * DRAWS] for k, ior in enumerate(self.config.infill_iors)}
+        found = [None if each is None else json.loads(each) for each in read_pieces(folder, self._modes)]
+        lost = [(each.name, *piece) for each in self.stages() for piece in read_refusals(folder, each).items()]
+        draws = {ior: found[k * DRAWS : (k + 1) * DRAWS] for k, ior in enumerate(self.config.infill_iors)}
+        groups = {ior: [each for each in group if each is not None] for ior, group in draws.items() if any(group)}
         modes = tuple(row for ior, group in groups.items() for row in mode_rows(ior, group))
         events = tuple(row for ior, group in groups.items() for row in event_rows(ior, group))
         touches = [None if each is None else json.loads(each) for each in read_pieces(folder, self._touches)]
@@ -197,7 +198,7 @@ class LightModes(Study):
                 "Ways": f"{self.config.paths} for each index", "Object": self.config.object.kind,
                 "Depths": " and ".join(f"{each:g} mm" for each in self.config.depths_mm),
             },
-            notes=(*NOTES, *(f"Piece {number} has no answer: {why}." for number, why in lost.items())),
+            notes=(*NOTES, *(f"Piece {number} of {name} has no answer: {why}." for name, number, why in lost)),
         )  # fmt: skip
 
     def _scene(self, name: str, room: str) -> SceneConfig:
