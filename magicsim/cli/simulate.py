@@ -85,7 +85,7 @@ def _scene_of(name: str) -> tuple[str, list[str]]:
     if name not in preset_names("scene") and name in preset_names("design"):
         return "demo", [f"design={name}"]
     if name.endswith(".toml") and "cell_mm" in read_toml(find_preset("scene", name)):
-        return "demo", [f"design='{Path(name).expanduser().absolute().as_posix()}'"]
+        return "demo", [f"design={Path(name).expanduser().absolute().as_posix()}"]
     return name, []
 
 

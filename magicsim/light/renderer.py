@@ -9,6 +9,7 @@ from typing import Self
 import numpy as np
 
 from magicsim.arrays import Array, FloatImage, Mask, Numbers
+from magicsim.errors import RenderError
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr, in_rows, plain_errors
 from magicsim.light.facing.finger import FacingFinger, FingerBody
@@ -109,6 +110,8 @@ class Renderer(RestRenderer):
             RenderError: The image holds values that are not finite.
         """
         if not self.is_anchored:
+            if view.passing_mm is not None:
+                raise RenderError(f"what passes in a room needs recorded light; estimator '{self.estimator}' has none")
             return self.plain_radiance(view), ALONE
         shown = self.within_reach(view)
         ideal, origin = self._ideal(shown)

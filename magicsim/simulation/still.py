@@ -15,7 +15,9 @@ from magicsim.notebook import picture_row
 from magicsim.notebook.screen import to_srgb
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, timeline
+from magicsim.simulation.plan import plan_scene
 from magicsim.simulation.sensor import Sensor, sensor_camera
+from magicsim.simulation.stream import deformed
 from magicsim.waiting import Told, on_stderr, waiting
 
 STILL_SAMPLES = 32
@@ -113,15 +115,23 @@ def render(
         if basis:
             raise ConfigError(f"relative_error = {relative_error:g} is not allowed: must be without basis")
     with waiting(f"rendering frame {frame}", told):
-        return _rendered(scene, states[frame], basis=basis, relative_error=relative_error)
+        return _rendered(scene, states[frame], frame, basis=basis, relative_error=relative_error)
 
 
-def _rendered(scene: SceneConfig, state: FrameState, *, basis: bool, relative_error: float | None) -> Rendering:
+def _rendered(
+    scene: SceneConfig, state: FrameState, frame: int, *, basis: bool, relative_error: float | None
+) -> Rendering:
+    if state.passing_mm is not None:
+        raise ConfigError(f"frame = {frame} is not allowed: a still shows nothing that passes; take a still room")
     start = time.perf_counter()
     sensor = Sensor.for_scene(scene)
     if scene.rig.camera.live is not None:  # what `simulate` refuses is refused here too
         sensor_camera(sensor, sensor.radiance(UNTOUCHED, sensor.rest))
-    deformation = sensor.deform(state, sensor.rest) if state.can_touch else sensor.rest
+    deformation = sensor.rest
+    for each in plan_scene(scene).frames[: frame + 1] if scene.contact.memory or scene.contact.friction else ():
+        deformation = deformed(sensor, each, deformation)  # it depends on the way
+    if state.can_touch and deformation.is_rest:
+        deformation = sensor.deform(state, sensor.rest)
     view = sensor.view(state, deformation)
     sensor.renderer.warm_up(view)
     before = time.perf_counter()

@@ -19,7 +19,7 @@ from magicsim.scenes.rig import Rig
 from magicsim.scenes.scene import OutputSettings, SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, Origin
 from magicsim.simulation.episode import Episode, FrameLabels, SimulatedFrame
-from magicsim.simulation.plan import UNTOUCHED_FRAME, ScenePlan, plan_scene
+from magicsim.simulation.plan import UNTOUCHED_FRAME, FramePlan, ScenePlan, plan_scene
 from magicsim.simulation.sensor import Sensor, sensor_camera
 from magicsim.simulation.touch_truth import TouchFields
 from magicsim.simulation.truth import contact_mask, depth_map_mm, frame_truth, is_in_view
@@ -183,18 +183,21 @@ def simulate_with(sensor: Sensor, plan: ScenePlan, *, progress: Progress | None 
     return Episode(scene=scene, frames=tuple(frames), seconds=time.perf_counter() - start)
 
 
+def deformed(sensor: Sensor, frame: FramePlan, before: Deformation) -> Deformation:
+    """The deformation in a frame of an episode, from that in the frame before."""
+    if frame.solve:
+        return sensor.deform(frame.state, before)
+    is_held = frame.same_as not in {None, UNTOUCHED_FRAME}
+    keeps = frame.state.can_touch or (is_held and sensor.contact.keeps_dent)
+    return replace(before, iterations=0) if keeps else sensor.rest
+
+
 def stream_states(sensor: Sensor, plan: ScenePlan, untouched: tuple[FloatImage, Origin]) -> Iterator[RenderedState]:
     """Rendered states of an episode in order: the references, of an untouched sensor, then what the plan lists."""
     first, deformation = len(plan.references), sensor.rest
     reused, rendered = {frame.same_as for frame in plan.frames}, {UNTOUCHED_FRAME: untouched}
     for number, frame in enumerate((*plan.references, *plan.frames), -first):
-        if frame.solve:
-            deformation = sensor.deform(frame.state, deformation)
-        else:
-            keeps = frame.state.can_touch or (
-                sensor.contact.keeps_dent and frame.same_as not in {None, UNTOUCHED_FRAME}
-            )
-            deformation = replace(deformation, iterations=0) if keeps else sensor.rest
+        deformation = deformed(sensor, frame, deformation)
         known = rendered[frame.same_as] if frame.same_as is not None else None
         radiance, origin = known or sensor.render(frame.state, deformation)
         if number >= 0 and number in reused:

@@ -24,6 +24,8 @@ QUAD_MM = 2.0
 """Largest edge of the squares of the face, each of which has a brightness of its own [mm]."""
 HOUSING = 0.05
 """Diffuse reflectance of the housing behind the face; assumed: black plastic."""
+MOST_MIRRORED = 0.999
+"""Largest share of light that is mirrored beside a finger, which has to glow through what it takes on of it."""
 APART_MM = 1000.0
 """Where the finger is in the mesh that smoothing is made for, so that nothing spreads from it to the object [mm]; the
 object's companion is twice as far."""
@@ -168,7 +170,9 @@ def with_object(
     if object_mesh is None:
         return _joined(parts), Finish(vertex_colors=True)
     mesh = _joined([_colored(object_mesh, finish.color), *parts])
-    return mesh, Finish(vertex_colors=True, specular=finish.specular, roughness=finish.roughness)
+    return mesh, Finish(
+        vertex_colors=True, specular=min(finish.specular, MOST_MIRRORED), roughness=finish.roughness
+    )  # fmt: skip
 
 
 def _colored(mesh: SurfaceMesh, color: tuple[float, float, float]) -> SurfaceMesh:

@@ -111,6 +111,8 @@ class PathRecord:
     """Boxes whose surfaces a path may meet; None where nobody asks which."""
     met: Any
     """One bit for each box that a lane's paths met a surface in, mi.UInt32, all lanes for each of `regions.words`."""
+    lanes: Any
+    """Number of lanes, mi.UInt32 of size 1: `met` has room for more words than they need."""
     turns: Any
     """Paths of each lane, one after the other, mi.UInt32 of size 1."""
     segment_room: Any
@@ -140,6 +142,7 @@ class PathRecord:
             regions=regions,
             met=dr.zeros(mi.UInt32, copied(lanes * regions.words if regions is not None else 1)),
             # Opaque: the compiled kernel then serves any number of paths.
+            lanes=dr.opaque(mi.UInt32, lanes),
             turns=dr.opaque(mi.UInt32, turns),
             segment_room=dr.opaque(mi.UInt32, capacity),
             escape_room=dr.opaque(mi.UInt32, fewer),
@@ -160,8 +163,8 @@ class PathRecord:
         """Takes down that a lane's path met a surface at a point."""
         if self.regions is not None:
             box = self.regions.index(point)
-            bit, lanes = mi.UInt32(1) << (box % WORD), dr.opaque(mi.UInt32, dr.width(self.met) // self.regions.words)
-            dr.scatter_reduce(dr.ReduceOp.Or, self.met, bit, box // WORD * lanes + lane, active)
+            bit = mi.UInt32(1) << (box % WORD)
+            dr.scatter_reduce(dr.ReduceOp.Or, self.met, bit, box // WORD * self.lanes + lane, active)
 
     def add_segment(self, number: Any, met: Gathered) -> None:
         """Takes down a way that scatters."""

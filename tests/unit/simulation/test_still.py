@@ -1,8 +1,10 @@
+import numpy as np
 import pytest
 
-from magicsim.errors import RenderError
+from magicsim.errors import ConfigError, RenderError
 from magicsim.scenes.scene import load_scene
 from magicsim.simulation.plan import plan_scene
+from magicsim.simulation.sensor import Sensor
 from magicsim.simulation.still import STILL_SAMPLES, render, with_care
 from magicsim.simulation.stream import simulate
 from magicsim.waiting import unheard
@@ -41,3 +43,40 @@ def test_exposure_that_never_settles_is_refused_as_by_simulate_and_told_by_plan(
         said.append(str(error.value))
     assert said[0] == said[1]
     assert any("never settles" in each.reason for each in plan_scene(scene).kept)
+
+
+SMALL = (
+    "design.footprint_mm=[10,10]", "design.lattice.spacing_mm=2.5", "design.lattice.cells_across=0",
+    "rig.camera.columns=12", "rig.camera.rows=16", "rig.camera.field_mm=8", "render.samples=1", "render.particles=1000",
+    "render.anchor_samples=2", "render.anchor_particles=2000", "references=0",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("way", ["contact.friction=0.8", "contact.infill_yield_mpa=0.001"])
+def test_a_frame_that_depends_on_its_way_is_that_of_the_scene(way, monkeypatch):
+    path = "keyframes=[{frame=0,gap_mm=-0.4},{frame=2,gap_mm=-0.4,x_mm=0.6},{frame=3,gap_mm=0.5,x_mm=0.6}]"
+    scene = load_scene("pressed", ["object={kind='sphere',radius_mm=4}", path, way, *SMALL])
+    seen, view = [], Sensor.view
+    monkeypatch.setattr(Sensor, "view", lambda self, state, found: seen.append(found) or view(self, state, found))
+    frame = 2 if "friction" in way else 3
+    render(scene, frame, told=unheard)
+    sensor, deformation = Sensor.for_scene(scene), None
+    for each in plan_scene(scene).frames[: frame + 1]:
+        deformation = sensor.deform(each.state, deformation or sensor.rest)
+    np.testing.assert_allclose(seen[-1].force_n, deformation.force_n, atol=1e-9)
+    np.testing.assert_allclose(seen[-1].displacements_mm, deformation.displacements_mm, atol=1e-9)
+    assert (abs(deformation.force_n[0]) > 0.01) == ("friction" in way)
+
+
+def test_a_still_of_a_room_in_which_something_passes_is_refused():
+    passing = ["rig.room='corridor'", "frames_per_second=2", "keyframes=[{frame=0,gap_mm=20.0},{frame=2,gap_mm=20.0}]"]
+    with pytest.raises(ConfigError, match="a still shows nothing that passes"):
+        render(load_scene("near", [*passing, "references=0"]), 1, told=unheard)
+
+
+@pytest.mark.parametrize("light", ["leds=[{place_mm=[40.0,0.0,3.0],direction=[-1.0,0.0,0.0],radiance=[1.0,1.0,1.0]}]",
+                                   "ring={radius_mm=40.0,radiance=[1.0,1.0,1.0]}"])  # fmt: skip
+def test_lights_outside_of_the_housing_are_refused_in_a_lit_room(light):
+    assert load_scene("rest", [f"rig.{light}", "rig.room=dark"])
+    with pytest.raises(ConfigError, match=r"rig\.(leds\.0\.place_mm|ring\.radius_mm) = .* is not allowed: .*housing"):
+        load_scene("rest", [f"rig.{light}"])

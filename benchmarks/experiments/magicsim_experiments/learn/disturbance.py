@@ -16,7 +16,7 @@ from magicsim_experiments.learn.samples import Samples
 NEARBY_PX, SMOOTH_PX = 4, 3
 """Half widths of the squares over which a change is averaged, and in which errors are alike [px]."""
 SHARES = (0.77, 0.56, 0.3)
-"""Of the errors of single pixels, of such squares, and of whole colours; their squares add to 1."""
+"""Parts of the errors: of single pixels, of such squares, and of whole colours; their squares add to 1."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from magicsim.light.backend import VARIANT, mi
-from magicsim.light.transport.path_record import WORD, Regions
+from magicsim.light.backend import VARIANT, columns, dr, mi
+from magicsim.light.transport.path_record import WORD, PathRecord, Regions
 
 LOW, HIGH = np.array([-2.0, -1.0, 0.0]), np.array([2.0, 1.0, 3.0])
 FACES = np.array([[0, 1, 2], [3, 4, 5]], np.int32)
@@ -48,3 +48,17 @@ def test_a_path_finds_the_box_that_a_mesh_reaches(regions):
     small = np.repeat(points, 3, axis=0) + np.tile([[0, 0, 0], [1e-6, 0, 0], [0, 1e-6, 0]], (200, 1))
     faces = np.arange(600, dtype=np.int32).reshape(-1, 1, 3)
     assert all(regions.reached(small, face)[box] for box, face in zip(found, faces, strict=True))
+
+
+@pytest.mark.parametrize("lanes", [64, 75])
+def test_what_each_lane_met_is_kept_for_that_lane(lanes):
+    boxes, random = Regions.of(LOW, 4 * HIGH, 100), np.random.default_rng(3)
+    assert boxes.words > 2
+    record = PathRecord.empty(1, 1, lanes=lanes, regions=boxes)
+    met = np.zeros((lanes, int(np.prod(boxes.counts))), bool)
+    for _ in range(3):
+        points = random.uniform(LOW, 4 * HIGH, (lanes, 3))
+        met[np.arange(lanes), np.array(boxes.index(mi.Point3f(*columns(points))))] = True
+        record.mark(dr.arange(mi.UInt32, lanes), mi.Point3f(*columns(points)), mi.Bool(True))
+    kept = np.array(record.met)[: boxes.words * lanes].reshape(boxes.words, lanes)
+    np.testing.assert_array_equal(kept, np.stack([boxes.bits(each) for each in met], 1))
