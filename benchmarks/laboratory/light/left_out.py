@@ -287,8 +287,8 @@ def bare_outputs(settings: tuple[str, ...]) -> Rule:
 
 
 RULES: tuple[Callable[[tuple[str, ...]], Rule], ...] = (
-    _repeated_states, far_field, _nothing_scatters, dark_flashlight, recorded("near"),
+    _repeated_states, far_field, _nothing_scatters, recorded("near"),
     recorded("flashlight"), out_of_reach, _hardly_moved("still_mm", "displacements below"),
     _hardly_moved("reuse_mm", "camera paths past what moved by less than"), _light_of_touches,
-    still_meshes, _region, bare_outputs,
+    _region, bare_outputs,
 )  # fmt: skip
