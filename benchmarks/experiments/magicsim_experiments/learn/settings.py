@@ -38,8 +38,8 @@ class LearningSettings(Config):
     input: Input = "difference"
     """Frame minus the untouched reference of the unit, that and the reference, or the frame as it is."""
     disturbance: Annotated[float, Field(ge=0, le=10)] = 0.0
-    """Random errors in the changes that are learned from, in units of the change nearby: at 120 x 160 pixels true
-    frames of `localisation` differ from fast ones by 0.6 of it, which a model of exact ones takes for other touches."""
+    """Random errors in the changes that are learned from, in units of the change nearby: fast frames differ from true
+    ones by some tenths of it, which a model of exact frames takes for other touches."""
     epochs: Annotated[int, Field(ge=1, le=10_000)] = 60
     """Most passes over the training frames."""
     patience: Annotated[int, Field(ge=1, le=10_000)] = 15
