@@ -37,23 +37,8 @@ def sensor_refusal(design: ElastomerDesign, rig: Rig, *, is_recorded: bool) -> s
         )
     top = design.height_mm + rig.lens.thickness_mm
     leds = (led.problem(number, design.footprint_mm, top) for number, led in enumerate(rig.leds))
-    found = (sensor_problem(design, rig), *leds, _shut_out(design, rig), view_problem(design, rig.lens, rig.camera))
+    found = (sensor_problem(design, rig), *leds, view_problem(design, rig.lens, rig.camera))
     return next((problem for problem in found if problem is not None), None)
-
-
-def _shut_out(design: ElastomerDesign, rig: Rig) -> str | None:
-    """Which light stands outside of the housing that keeps the room's from the camera, or None."""
-    radius, _ = housing_mm(design, rig)
-    if not any(rig.room_light):
-        return None
-    for number, led in enumerate(rig.leds):
-        if led.place_mm[2] > 0 and math.hypot(*led.place_mm[:2]) > radius:
-            where = f"must be within the housing, {radius:.3g} mm around the middle, where the room is lit"
-            return f"rig.leds.{number}.place_mm = {list(led.place_mm)} is not allowed: {where}"
-    if rig.ring is not None and rig.ring.radius_mm + rig.ring.width_mm / 2 > radius:
-        what = f"rig.ring.radius_mm = {rig.ring.radius_mm:g} is not allowed"
-        return f"{what}: its outer edge must be within the housing, {radius:.3g} mm, where the room is lit"
-    return None
 
 
 def _colored(design: ElastomerDesign) -> str | None:

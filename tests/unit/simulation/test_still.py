@@ -72,11 +72,3 @@ def test_a_still_of_a_room_in_which_something_passes_is_refused():
     passing = ["rig.room='corridor'", "frames_per_second=2", "keyframes=[{frame=0,gap_mm=20.0},{frame=2,gap_mm=20.0}]"]
     with pytest.raises(ConfigError, match="a still shows nothing that passes"):
         render(load_scene("near", [*passing, "references=0"]), 1, told=unheard)
-
-
-@pytest.mark.parametrize("light", ["leds=[{place_mm=[40.0,0.0,3.0],direction=[-1.0,0.0,0.0],radiance=[1.0,1.0,1.0]}]",
-                                   "ring={radius_mm=40.0,radiance=[1.0,1.0,1.0]}"])  # fmt: skip
-def test_lights_outside_of_the_housing_are_refused_in_a_lit_room(light):
-    assert load_scene("rest", [f"rig.{light}", "rig.room=dark"])
-    with pytest.raises(ConfigError, match=r"rig\.(leds\.0\.place_mm|ring\.radius_mm) = .* is not allowed: .*housing"):
-        load_scene("rest", [f"rig.{light}"])
