@@ -49,7 +49,7 @@ CONTROL_QUALITY = Quality(
 """For control loops: coarser equilibria (`deform.quality`), a fifth of the triangles, one camera sample a pixel, a
 third of the particles, which are traced in contact only where that changes light by some per cent, and no masks.
 
-Pixels twice as large would be ready 1.3 times as fast, and their grain is taken for touches."""
+Pixels twice as large would be ready sooner, and their grain is taken for touches."""
 QUALITIES = {each.name: each for each in (FULL_QUALITY, CONTROL_QUALITY)}
 
 

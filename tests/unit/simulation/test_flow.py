@@ -78,11 +78,8 @@ def test_a_live_sensor_refuses_it():
 def solved(keyframes, *, leave_out=True):
     """Deformations of an episode's frames, none of which is rendered."""
     scene = scene_of(YIELD, f"keyframes=[{keyframes}]")
-    sensor, plan, nothing = (
-        Sensor.for_scene(scene),
-        plan_scene(scene, leave_out=leave_out),
-        np.zeros((1, 1, 3), np.float32),
-    )
+    sensor, plan = Sensor.for_scene(scene), plan_scene(scene, leave_out=leave_out)
+    nothing = np.zeros((1, 1, 3), np.float32)
     sensor.render = lambda _state, _deformation: (nothing, Origin())
     states = list(stream_states(sensor, plan, (nothing, Origin())))
     return [each.deformation for each in states if not each.is_reference]

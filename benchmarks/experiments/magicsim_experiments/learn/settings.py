@@ -37,9 +37,6 @@ class LearningSettings(Config):
     """Frames are reduced so that their longer side has so many pixels; 0 keeps the full size."""
     input: Input = "difference"
     """Frame minus the untouched reference of the unit, that and the reference, or the frame as it is."""
-    disturbance: Annotated[float, Field(ge=0, le=10)] = 0.0
-    """Random errors in the changes that are learned from, in units of the change nearby: fast frames differ from true
-    ones by some tenths of it, which a model of exact frames takes for other touches."""
     epochs: Annotated[int, Field(ge=1, le=10_000)] = 60
     """Most passes over the training frames."""
     patience: Annotated[int, Field(ge=1, le=10_000)] = 15

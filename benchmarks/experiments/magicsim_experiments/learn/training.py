@@ -13,7 +13,6 @@ import torch
 from torch.nn import functional
 
 from magicsim.arrays import Array, Index
-from magicsim_experiments.learn.disturbance import Disturbance
 from magicsim_experiments.learn.model_file import ModelConfig, answers_of, output_places, save_model
 from magicsim_experiments.learn.networks import load_weights, network_of
 from magicsim_experiments.learn.samples import Label, Samples, Split
@@ -58,8 +57,6 @@ LAST_RATE = 0.01
 """Learning rate of the last pass, in units of the first one's."""
 BATCH = 64
 """Frames that are answered on at once."""
-PASS_SEEDS = 1_000_003
-"""Seeds between two passes."""
 LogRow = dict[str, float | int]
 
 
@@ -112,7 +109,6 @@ def train(
         network.load_state_dict(found["network"])
         optimizer.load_state_dict(found["optimizer"])
         best, state = found["best"], found["state"]
-    errors = Disturbance.of(samples, config, settings.disturbance) if settings.disturbance else None
     images = torch.from_numpy(_normalised(samples, config))
     targets = torch.from_numpy(scaled_targets(samples, config))
     while state["epoch"] < settings.epochs and state["stale"] < settings.patience:
@@ -124,8 +120,7 @@ def train(
         order = np.random.default_rng([seed, epoch]).permutation(split.train)
         # Batches of about the same size, none of a single frame: batch normalisation needs two.
         batches = np.array_split(order, max(1, len(order) // settings.batch))
-        torch.manual_seed(seed + PASS_SEEDS * epoch)  # a pass draws the same errors in any stretch
-        train_loss = _pass(network, optimizer, images, targets, batches, samples.labels, device, errors)
+        train_loss = _pass(network, optimizer, images, targets, batches, samples.labels, device)
         validated = torch.from_numpy(_outputs(network, images, split.validation, settings.batch, device))
         loss = float(label_loss(validated, targets[split.validation], samples.labels))
         state["log"].append({
@@ -160,14 +155,13 @@ def answers_with(network: torch.nn.Module, samples: Samples, config: ModelConfig
 
 def _pass(
     network: torch.nn.Module, optimizer: torch.optim.Optimizer, images: torch.Tensor, targets: torch.Tensor,
-    batches: list[Index], labels: tuple[Label, ...], device: torch.device, errors: Disturbance | None,
+    batches: list[Index], labels: tuple[Label, ...], device: torch.device,
 ) -> float:  # fmt: skip
     """One pass over the training frames; returns the mean loss."""
     network.train()
     total, count = 0.0, 0
     for rows in batches:
-        seen = images[rows] if errors is None else errors.added(images[rows], rows)
-        loss = label_loss(network(seen.to(device)), targets[rows].to(device), labels)
+        loss = label_loss(network(images[rows].to(device)), targets[rows].to(device), labels)
         optimizer.zero_grad()
         loss.backward()
         optimizer.step()

@@ -43,9 +43,8 @@ def test_network_learns_a_number_a_flag_and_a_choice():
     )
 
 
-@pytest.mark.parametrize("disturbance", [0.0, 0.5])
-def test_training_in_stretches_gives_the_same_bytes_on_a_cpu(disturbance):
-    settings = SETTINGS.model_copy(update={"device": "cpu", "disturbance": disturbance})
+def test_training_in_stretches_gives_the_same_bytes_on_a_cpu():
+    settings = SETTINGS.model_copy(update={"device": "cpu"})
     whole = trained(settings)[3]
     checkpoint, stretches = None, 0
     while True:
@@ -55,7 +54,6 @@ def test_training_in_stretches_gives_the_same_bytes_on_a_cpu(disturbance):
         if checkpoint is None:
             break
     assert stretches == SETTINGS.epochs
-    assert (whole.model == trained(SETTINGS)[3].model) == (disturbance == 0)
     assert part.model == whole.model
     assert part.log == whole.log
     np.testing.assert_array_equal(part.answers, whole.answers)
