@@ -15,6 +15,7 @@ from typing import Literal
 
 import numpy as np
 
+from magicsim.config.ranges import check_number
 from magicsim.deform.deformation import Deformation, SolveFigures
 from magicsim.deform.indentation.press import check_friction, compile_kernels
 from magicsim.deform.lattice.core_failure import CoreLaw, weakened
@@ -29,7 +30,7 @@ from magicsim.geometry.grid import Place, symmetric_place
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.limits import WHOLE, CoreFailure
 from magicsim.geometry.pose import Pose
-from magicsim.geometry.shapes.revolved import SHAFT_RADIUS_MM, DurometerTool
+from magicsim.geometry.shapes.revolved import FOOT_RADIUS_MM, SHAFT_RADIUS_MM, DurometerTool
 from magicsim.waiting import Told, on_stderr, unheard, waiting
 
 Walls = Literal["resolved", "homogenised", "none"]
@@ -47,6 +48,8 @@ GROWTH = 2.2
 """Ratio of neighbouring spacings away from the cone: assumed."""
 STEP_MM = 0.125
 """Motion of the cone in one load step [mm]: assumed."""
+SPACINGS_MM, LEAST_STEP_MM = (0.02, 10.0), 1e-3
+"""Node spacings that are allowed, and the least motion in one load step [mm]: assumed."""
 FRICTION = 1.0
 """Friction of rubber on the tool; assumed, 0.3 to 2. With 0.3 here and at the base a sample of 2 mm reads 7 lower
 (`docs/validation.md`); without any the sample slides off the tip's edge in jumps."""
@@ -128,11 +131,15 @@ def durometer(
         told: Hears what takes longer than two seconds; nothing where `progress` does.
 
     Raises:
-        ConfigError: The friction is not allowed, or the face is a height map.
+        ConfigError: A number is not allowed, or the face is a height map.
         GeometryError: The design cannot be built.
         ConvergenceError: No valid equilibrium was found; thin and soft samples are pressed almost through.
     """
     check_friction(friction)
+    check_number("spacing_mm", spacing_mm, *SPACINGS_MM)
+    check_number("step_mm", step_mm, LEAST_STEP_MM, EXTENSION_MM)
+    if hole_radius_mm is not None:
+        check_number("hole_radius_mm", hole_radius_mm, SHAFT_RADIUS_MM, FOOT_RADIUS_MM)
     if isinstance(design.face, HeightMap):
         raise ConfigError("design.face of kind 'height_map' is not allowed: a durometer presses a plane or a crown")
     compile_kernels()

@@ -4,6 +4,7 @@ import pytest
 
 from magicsim.config.models import load_preset
 from magicsim.deform.indentation.durometer import durometer, spring_force_n
+from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 
 
@@ -18,6 +19,15 @@ ROUGHLY = {"spacing_mm": 1.2, "step_mm": 0.25, "force_tolerance_n": 4e-3}
 @pytest.fixture(scope="module")
 def soft() -> float:
     return durometer(sample("materials.body.youngs_modulus_mpa=1.0"), **ROUGHLY).shore_a
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("step_mm", 0.0), ("step_mm", -0.1), ("spacing_mm", -1.0), ("spacing_mm", 0.0), ("hole_radius_mm", -1.0)],
+)
+def test_numbers_that_no_cone_can_be_pressed_with_are_refused(name: str, value: float) -> None:
+    with pytest.raises(ConfigError, match=f"{name} = {value:g} is not allowed: must be a number of at least"):
+        durometer(sample(), **{name: value})
 
 
 def test_spring_is_that_of_the_standard() -> None:
