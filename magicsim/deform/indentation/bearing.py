@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from magicsim.arrays import Array
+from magicsim.config.ranges import check_number
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.indentation.press import check_depth, check_friction, compile_kernels
 from magicsim.deform.lattice.core_failure import CoreLaw, weakened
@@ -171,6 +172,9 @@ def press_limits(
     deepest = MAX_DEPTH_SHARE * design.height_mm if depth_mm is None else depth_mm
     check_depth(deepest, design)
     check_friction(friction)
+    check_number("coarsening", coarsening, 0.1, 10.0)
+    if unknown := sorted(set(until or ()).difference(EVENTS[:2])):
+        raise ConfigError(f"until = {unknown} is not allowed: events are {', '.join(EVENTS[:2])}")
     if deepest == 0:
         raise ConfigError("depth_mm = 0 is not allowed with limits: must be above 0")
     count = max(FEWEST_STEPS, math.ceil(deepest / STEP_MM - 1e-9))

@@ -148,6 +148,14 @@ def test_press_that_has_no_limits_is_refused(design: str, settings: list[str], d
     assert named in str(error.value)
 
 
+def test_events_and_spacings_that_there_are_not_are_refused():
+    design = load_design("mini-magictac")
+    with pytest.raises(ConfigError, match=r"until = \['wall_tear'\] is not allowed: events are yield, tear"):
+        press_limits(design, DOME, until=["wall_tear"])
+    with pytest.raises(ConfigError, match="coarsening = 0 is not allowed: must be a number of at least"):
+        press_limits(design, DOME, coarsening=0)
+
+
 @pytest.mark.parametrize(
     ("setting", "named"),
     [
