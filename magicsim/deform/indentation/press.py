@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.config.ranges import check_number
+from magicsim.config.ranges import check_number, is_number
 from magicsim.deform.contact.face import point_spacing_mm
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.indentation.path import PathForce, PressResult, path_forces, timed_poses
@@ -331,8 +331,9 @@ def check_friction(friction: float) -> None:
 
 def _check_range(name: str, value: float, low: float, high: float, meaning: str) -> None:
     """Raises ConfigError where a number is not finite or out of its range."""
-    if not (math.isfinite(value) and low <= value <= high):
-        raise ConfigError(f"{name} = {value:g} is not allowed: must be {low:g} to {high:g} ({meaning})")
+    if not (is_number(value) and math.isfinite(value) and low <= value <= high):
+        shown = f"{value:g}" if is_number(value) else repr(value)
+        raise ConfigError(f"{name} = {shown} is not allowed: must be {low:g} to {high:g} ({meaning})")
 
 
 def _check_time(speed_mm_s: float | None, hold_s: float, twist_deg: float) -> None:

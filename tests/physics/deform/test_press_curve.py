@@ -87,6 +87,11 @@ def test_depths_that_are_no_path_are_refused(depths: tuple[float, ...], message:
         press_curve(BLOCK, BALL, depths)
 
 
+def test_a_depth_that_is_no_number_is_named():
+    with pytest.raises(ConfigError, match="depth_mm = None is not allowed: must be 0 to"):
+        press(BLOCK, BALL, depth_mm=None)
+
+
 def test_files_hold_the_curve(curve: PressCurve, tmp_path: Path):
     write_curve(curve, tmp_path / "ball.csv", title="ball")
     rows = np.genfromtxt(tmp_path / "ball.csv", delimiter=",", names=True)
