@@ -105,17 +105,17 @@ class SolveFigures:
 class PathFigures(SolveFigures):
     """Cost of a solve or a path."""
 
-    cutbacks: int
+    cutbacks: int = 0
     """Load steps that had to be halved."""
-    restarts: int
-    """Parts that were begun again from rest, with longer steps and then with shorter ones."""
-    shifted: int
+    restarts: int = 0
+    """Paths that were begun again from rest, with longer steps."""
+    shifted: int = 0
     """Iterations whose matrix was not positive definite before a multiple of the spring Laplacian was added."""
-    rungs: tuple[str, ...]
+    rungs: tuple[str, ...] = ()
     """Rungs on which it stands, see `magicsim.deform.solve.ladder`."""
     unknowns: int
     """Displacement unknowns."""
-    converged: bool
+    converged: bool = True
     """Always true: a solve that is not valid raises."""
 
 
@@ -164,11 +164,11 @@ class Deformation(PathFigures):
     """Signed distance to the object at them, infinite without an object, shape (points,) [mm]."""
     touches_within_mm: Array
     """Distance up to which they touch, shape (points,) [mm]; at least their own where they do."""
-    relaxation: RelaxationState | None
+    relaxation: RelaxationState | None = None
     """Memory of a rate-dependent body; None in the long term."""
-    linearisation: Linearisation | None
+    linearisation: Linearisation | None = None
     """Where the body's stiffness was taken last: what saves the next step of the path a factorisation."""
-    pose: Pose | None
+    pose: Pose | None = None
     """The object's pose; None when it cannot touch."""
     force_n: Array
     """Force of the object on the sensor, shape (3,) [N]."""
@@ -226,9 +226,6 @@ class Deformation(PathFigures):
             is_slipping=np.zeros(len(points), bool),
             contact_gap_mm=np.full(len(points), np.inf),
             touches_within_mm=np.zeros(len(points)),
-            relaxation=None,
-            linearisation=None,
-            pose=None,
             force_n=np.zeros(3),
             torque_nmm=np.zeros(3),
             contact_area_mm2=0.0,
@@ -236,10 +233,5 @@ class Deformation(PathFigures):
             min_jacobian=1.0,
             force_balance=0.0,
             iterations=0,
-            cutbacks=0,
-            restarts=0,
-            shifted=0,
-            rungs=(),
             unknowns=3 * lattice.free_nodes,
-            converged=True,
         )

@@ -9,7 +9,6 @@ on a crossing of walls, which are places of symmetry: a quarter of the sample is
 
 import logging
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -22,6 +21,7 @@ from magicsim.deform.lattice.core_failure import CoreLaw, weakened
 from magicsim.deform.lattice.spot import central_lattice, resolved_lattice
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.zone import Zone
+from magicsim.deform.solve.iterate import Progress
 from magicsim.deform.solve.path import ContactSolver
 from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.geometry.design import ElastomerDesign, Mounting
@@ -69,8 +69,6 @@ Core = Literal["resolved", "homogenised", "even"]
 """Walls and infill as cells of their own, one effective solid on the same planes, or on planes of even spacing."""
 ON_A_TABLE = Mounting(base="table")
 """How ASTM D2240 has the sample: on a flat, hard, horizontal surface."""
-Progress = Callable[[int, int, str], None]
-"""Told how far the cone is out of the foot, how far it can be [both in micrometres], and the forces."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,7 +125,8 @@ def durometer(
         mounting: What holds the sample from below.
         step_mm: Motion of the cone in one load step [mm].
         force_tolerance_n: Accuracy of the force at equilibrium [N].
-        progress: Told after every load step, see `Progress`.
+        progress: Told after every load step how far the cone is out of the foot, how far it can be [both in
+            micrometres], and the forces.
         told: Hears what takes longer than two seconds; nothing where `progress` does.
 
     Raises:
@@ -154,19 +153,17 @@ def durometer(
     else:
         attempts.append(("resolved", COARSER * spacing_mm))
     with waiting("pressing the cone", told if progress is None else unheard) as share:
-        while True:
-            core, spacing = attempts.pop(0)
+        for core, spacing in attempts:
             test = DurometerTest(
                 design, core, spacing_mm=spacing, friction=friction, hole_radius_mm=hole_radius_mm, place=place
             )
             try:
                 depth, state = test.equilibrium(step_mm, force_tolerance_n, progress or share)
+                break
             except ConvergenceError as error:
-                if not attempts:
+                if (core, spacing) == attempts[-1]:
                     raise
                 LOGGER.info("no equilibrium with a %s core at %g mm: %s", core, spacing, error)
-            else:
-                break
     return DurometerResult(
         shore_a=100 * (1 - depth / EXTENSION_MM),
         force_n=test.cone_force_n(state),

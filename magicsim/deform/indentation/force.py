@@ -126,8 +126,14 @@ def press_to_force(
             max_iterations=max_iterations, core=CoreLaw.of(design, lattice, failure),
         )  # fmt: skip
 
-    way = _Way(solver=solver(WAY, placed(deepest_mm)[:1], 0.0), placed=placed)
-    found = find_depth(way.force_n, force_n, deepest_mm=deepest_mm, error=WAY_SHARE)
+    on_way, before = solver(WAY, placed(deepest_mm)[:1], 0.0), None
+
+    def passed_n(depth_mm: float) -> float:
+        nonlocal before
+        before = on_way.solve(placed(depth_mm)[0], before)
+        return float(before.force_n[2])
+
+    found = find_depth(passed_n, force_n, deepest_mm=deepest_mm, error=WAY_SHARE)
     begin = deepest_mm
     if found.force_n > 0:
         begin = min(found.depth_mm * (force_n / found.force_n) ** (1 / found.power), deepest_mm)
@@ -142,17 +148,3 @@ def press_to_force(
 
     end = find_depth(pressed_n, force_n, deepest_mm=deepest_mm, first_mm=begin, power=found.power)
     return replace(end, solves=found.solves + end.solves, state=last.get(end.depth_mm))
-
-
-@dataclass(slots=True, kw_only=True)
-class _Way:
-    """One press that goes deeper or back."""
-
-    solver: ContactSolver
-    placed: Callable[[float], Sequence[Indenter]]
-    state: Deformation | None = None
-
-    def force_n(self, depth_mm: float) -> float:
-        """Normal force at a depth, from the place before [N]."""
-        self.state = self.solver.solve(self.placed(depth_mm)[0], self.state)
-        return float(self.state.force_n[2])

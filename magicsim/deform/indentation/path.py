@@ -149,10 +149,10 @@ def path_forces(
     """
     times = np.cumsum([dt for _, dt in steps]).tolist()
     begin, reach_mm = steps[0][0].pose.position_mm[:2], float(np.abs(face_mm).max())
-    mirrors, forces = (True, True), []
+    mirrors, forces = [True, True], []
     for number, (state, (pose, _)) in enumerate(zip(states, steps, strict=True)):
-        here = mirror_planes(lattice, face_mm, pose) if any(mirrors) else (False, False)
-        mirrors = (mirrors[0] and here[0], mirrors[1] and here[1])  # what was bent on the way may stay so
+        # what was bent on the way may stay so
+        mirrors = [was and _is_mirrored(lattice, face_mm, pose, axis) for axis, was in enumerate(mirrors)]
         force, torque = left_by_mirrors(state.force_n, state.torque_nmm, mirrors, reach_mm)
         deepest = float(state.displacements_mm[: lattice.layer_nodes, 2].max())
         shear_x, shear_y = (pose.pose.position_mm[:2] - begin).tolist()
@@ -173,12 +173,7 @@ def path_forces(
     return tuple(forces)
 
 
-def mirror_planes(lattice: Lattice, face_mm: Array, indenter: Indenter) -> tuple[bool, bool]:
-    """Whether a block and an object pressed into it are their own mirror images in x = 0, and in y = 0."""
-    return _is_mirrored(lattice, face_mm, indenter, 0), _is_mirrored(lattice, face_mm, indenter, 1)
-
-
-def left_by_mirrors(force_n: Array, torque_nmm: Array, planes: tuple[bool, bool], reach_mm: float) -> Array:
+def left_by_mirrors(force_n: Array, torque_nmm: Array, planes: Sequence[bool], reach_mm: float) -> Array:
     """Force and torque, shape (2, 3) [N, N mm]; exactly zero where mirror planes leave nothing.
 
     `planes` says whether x = 0 and y = 0 mirror the contact; the torque is about a point of both, `reach_mm` the
@@ -195,6 +190,7 @@ def left_by_mirrors(force_n: Array, torque_nmm: Array, planes: tuple[bool, bool]
 
 
 def _is_mirrored(lattice: Lattice, face_mm: Array, indenter: Indenter, axis: int) -> bool:
+    """Whether a block and an object pressed into it are their own mirror images in x = 0 (0) or y = 0 (1)."""
     planes = lattice.planes_mm[axis]
     if lattice.is_mirrored or np.abs(planes + planes[::-1]).max() > PLANE_SHARE * float(np.ptp(planes)):
         return False

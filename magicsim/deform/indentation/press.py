@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from itertools import pairwise
 
@@ -12,7 +12,7 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.config.ranges import check_number, is_number
 from magicsim.deform.contact.face import point_spacing_mm
-from magicsim.deform.deformation import Deformation
+from magicsim.deform.deformation import Deformation, PathFigures
 from magicsim.deform.indentation.path import PathForce, PressResult, path_forces, timed_poses
 from magicsim.deform.lattice.core_failure import CoreLaw, weakened
 from magicsim.deform.lattice.relaxation import body_branches
@@ -121,9 +121,6 @@ def press(
     for axis, motion, size in zip("xy", shear_mm, design.footprint_mm, strict=True):
         _check_range(f"shear_mm along {axis}", motion, -size / 2, size / 2, "half the footprint")
     _check_range("twist_deg", twist_deg, -MAX_TWIST_DEG, MAX_TWIST_DEG, "one turn")
-    check_friction(friction)
-    check_number("max_iterations", max_iterations, 1, MOST_ITERATIONS, whole=True)
-    _check_range("tolerance_mm", tolerance_mm, 1e-6, MAX_TOLERANCE_MM, "a tenth of a millimetre")
     _check_time(speed_mm_s, hold_s, twist_deg)
     failure = CoreFailure(
         infill_yield_mpa=infill_yield_mpa, wall_buckling_strain=wall_buckling_strain,
@@ -153,19 +150,10 @@ def press(
             pose = place_object(object_config, gap_mm=gap, x_mm=x, y_mm=y, twist_deg=twist, design=design)
             steps.append((pose, math.inf))
         twists += [twist, twist]
-    with waiting("pressing", told if progress is None else unheard) as share:
-        result = follow(
-            design,
-            steps,
-            twists,
-            friction=friction,
-            failure=failure,
-            tolerance_mm=tolerance_mm,
-            max_iterations=max_iterations,
-            progress=progress or share,
-        )
-    _mind_limits(design, result)
-    return result
+    return _followed(
+        "pressing", design, steps, twists, friction=friction, failure=failure, tolerance_mm=tolerance_mm,
+        max_iterations=max_iterations, progress=progress, told=told,
+    )  # fmt: skip
 
 
 def press_curve(
@@ -185,7 +173,7 @@ def press_curve(
     """Presses an object deeper and deeper into a block; quasi-static.
 
     One lattice, fine where the deepest press touches, carries the whole curve, and each depth starts from the one
-    before. Components that symmetry forbids are exactly zero (`mirror_planes`).
+    before. Components that symmetry forbids are exactly zero (`left_by_mirrors`).
 
     Args:
         design: The block.
@@ -214,27 +202,36 @@ def press_curve(
         if not low < high:
             msg = f"depths_mm = {high:g} after {low:g} is not allowed: each depth must be larger than the one before"
             raise ConfigError(msg)
+    steps = [(place_object(object_config, gap_mm=-depth, design=design), math.inf) for depth in depths]
+    failure = CoreFailure(
+        infill_yield_mpa=infill_yield_mpa, wall_buckling_strain=wall_buckling_strain,
+        wall_tear_elongation=wall_tear_elongation,
+    )  # fmt: skip
+    result = _followed(
+        "pressing deeper and deeper", design, steps, [0.0] * len(steps), friction=friction, failure=failure,
+        tolerance_mm=tolerance_mm, max_iterations=max_iterations, progress=progress, told=told,
+    )  # fmt: skip
+    return PressCurve(result=result)
+
+
+def _followed(
+    doing: str, design: ElastomerDesign, steps: Sequence[tuple[Indenter, float]], twists_deg: Sequence[float], *,
+    friction: float, failure: CoreFailure, tolerance_mm: float, max_iterations: int, progress: Progress | None,
+    told: Told,
+) -> PressResult:  # fmt: skip
+    """Solves a path, and warns where the place of its largest force is beyond what the block bears."""
     check_friction(friction)
     check_number("max_iterations", max_iterations, 1, MOST_ITERATIONS, whole=True)
     _check_range("tolerance_mm", tolerance_mm, 1e-6, MAX_TOLERANCE_MM, "a tenth of a millimetre")
-    steps = [(place_object(object_config, gap_mm=-depth, design=design), math.inf) for depth in depths]
-    twists = [0.0] * len(steps)
-    with waiting("pressing deeper and deeper", told if progress is None else unheard) as share:
+    with waiting(doing, told if progress is None else unheard) as share:
         result = follow(
-            design,
-            steps,
-            twists,
-            friction=friction,
-            failure=CoreFailure(
-                infill_yield_mpa=infill_yield_mpa, wall_buckling_strain=wall_buckling_strain,
-                wall_tear_elongation=wall_tear_elongation,
-            ),
-            tolerance_mm=tolerance_mm,
-            max_iterations=max_iterations,
-            progress=progress or share,
+            design, steps, twists_deg, friction=friction, failure=failure, tolerance_mm=tolerance_mm,
+            max_iterations=max_iterations, progress=progress or share,
         )  # fmt: skip
-    _mind_limits(design, result)
-    return PressCurve(result=result)
+    most = max(result.history, key=lambda place: place.force_n[2])
+    excess = design.limits.excess(depth_mm=most.depth_mm, force_n=most.force_n[2], area_mm2=most.contact_area_mm2)
+    LimitsWatch(design.limits).see(excess)
+    return result
 
 
 def follow(
@@ -248,22 +245,9 @@ def follow(
     max_iterations: int = MAX_ITERATIONS,
     progress: Progress | None,
 ) -> PressResult:
-    """Solves a path of poses, each from the one before.
+    """Solves a path of poses, each from the one before; arguments and errors are those of `press`.
 
-    Args:
-        design: The block.
-        steps: Poses along the path, and the time that each step takes [s]; infinite on a quasi-static path.
-        twists_deg: Turn about z of each pose on the path [degrees].
-        friction: Coulomb's coefficient between object and face.
-        failure: How the core fails; not at all by default.
-        tolerance_mm: Largest penetration at any contact point [mm].
-        max_iterations: Iterations at one place of the path before the press is given up.
-        progress: Told after every iteration, see `Progress`.
-
-    Raises:
-        ConfigError: A path in time, and the body has no relaxation.
-        GeometryError: The design cannot be built.
-        ConvergenceError: No valid equilibrium was found.
+    Each of the steps has the time that it takes [s], infinite on a quasi-static path, and the turn about z of its pose.
     """
     compile_kernels()
     start = time.perf_counter()
@@ -282,32 +266,20 @@ def follow(
     for number, (pose, dt) in enumerate(steps):
         share = part_of(progress, number, len(steps)) if progress is not None else None
         states.append(solver.solve(pose, states[-1] if states else None, dt_s=dt, progress=share))
-    seconds, end = time.perf_counter() - start, states[-1]
+    seconds = time.perf_counter() - start
     history = path_forces(states, steps, twists_deg, lattice, solver.face_mm)
+    figures = {each.name: getattr(states[-1], each.name) for each in fields(PathFigures)}
+    for name in ("iterations", "cutbacks", "restarts", "shifted"):
+        figures[name] = sum(getattr(each, name) for each in states)
+    figures["rungs"] = rung_names(frozenset(Rung(name) for each in states for name in each.rungs))
     return PressResult(
         force_n=history[-1].force_n,
         torque_nmm=history[-1].torque_nmm,
-        contact_area_mm2=end.contact_area_mm2,
-        max_penetration_mm=end.max_penetration_mm,
-        min_jacobian=end.min_jacobian,
-        force_balance=end.force_balance,
-        iterations=sum(each.iterations for each in states),
-        cutbacks=sum(each.cutbacks for each in states),
-        restarts=sum(each.restarts for each in states),
-        shifted=sum(each.shifted for each in states),
-        rungs=rung_names(frozenset(Rung(name) for each in states for name in each.rungs)),
-        unknowns=end.unknowns,
+        contact_area_mm2=states[-1].contact_area_mm2,
         seconds=seconds,
-        converged=end.converged,
         history=history,
+        **figures,
     )
-
-
-def _mind_limits(design: ElastomerDesign, result: PressResult) -> None:
-    """Warns where the place of the largest force is beyond what the block bears."""
-    most = max(result.history, key=lambda place: place.force_n[2])
-    excess = design.limits.excess(depth_mm=most.depth_mm, force_n=most.force_n[2], area_mm2=most.contact_area_mm2)
-    LimitsWatch(design.limits).see(excess)
 
 
 @lru_cache(maxsize=1)
