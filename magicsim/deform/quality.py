@@ -26,6 +26,10 @@ class NewtonOptions:
     multipliers need not settle."""
     penalty_growth: float = 4.0
     """Factor of the penalty then."""
+    reprieve: int = 0
+    """Updates that a raised penalty is given before it is raised again."""
+    harmless_misfit_mm: float = 0.0
+    """Penetration, or gap under pressure, up to which the penalty is never raised [mm]."""
     limit_residual: tuple[float, float] = (0.3, 1e-2)
     """Residuals below which the limits of friction are updated, at first and after `patience` iterations; far from
     balance the pressures mean nothing."""

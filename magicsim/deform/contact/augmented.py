@@ -24,6 +24,7 @@ from magicsim.deform.contact.friction import (
     updated_limits,
 )
 from magicsim.deform.lattice.pattern import BlockPattern
+from magicsim.deform.quality import NewtonOptions
 from magicsim.geometry.indenter import Indenter
 from magicsim.kernels import kernel
 
@@ -118,16 +119,10 @@ def contact_stiffness(
 ) -> Array:
     """The contact's Hessian at each acting point, friction limits frozen, shape (acting, 3, 3) [N/mm].
 
-    Args:
-        state: From `evaluate_contact`.
-        face: The quadrature points.
-        surface: The object in its pose.
-        memory: Multipliers, anchors and friction limits.
-        law: Penalties and friction.
-        curvature_limit: Largest pressure times curvature that is taken into account [N/mm3]; below, convergence is
-            quadratic; sharp edges and tractions far from equilibrium would only make the matrix indefinite.
-        is_secant: Whether slipping points get the secant stiffness of their friction, which is never too soft: where
-            the tangent led to a step that had to be shortened.
+    Pressure times curvature counts up to a limit [N/mm3]: with all of it convergence is quadratic, but that of sharp
+    edges, and of tractions far from equilibrium, would only make the matrix indefinite. With `is_secant` slipping
+    points get the secant stiffness of their friction, which is never too soft: where the tangent led to a step that
+    had to be shortened.
     """
     acting = state.acting
     normal, pressure = state.normal[acting], state.pressure_mpa[acting]
@@ -232,41 +227,21 @@ def _scatter_dense(local, shape, facet, patches, matrix):  # type: ignore[no-unt
                         matrix[3 * patches[cell, a] + i, 3 * patches[cell, b] + k] += weight * local[q, i, k]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Patience:
-    """When to update what; far from balance pressures mean nothing."""
-
-    misfit_mm: float
-    """Largest penetration, and largest gap under pressure, that needs no update [mm]."""
-    mismatch: float
-    """Largest departure from the law of friction that needs none, see `contact.augmented.slip_mismatch`."""
-    multiplier_residual: float
-    """Relative residual below which multipliers are updated."""
-    limit_residual: float
-    """Relative residual below which limits of friction are updated."""
-    is_relaxed: bool
-    """Whether limits go only part of the way."""
-    updates: int
-    """Most updates of the multipliers, after which the penalty is raised instead."""
-    growth: float
-    """Factor of the penalty then."""
-    reprieve: int = 0
-    """Updates of multipliers that a raised penalty is given before it is raised again."""
-    largest_misfit_mm: float = 0.0
-    """Up to this the penalty is never raised [mm]."""
-
-
 def updated_memory(
-    patience: Patience, law: ContactLaw, memory: ContactMemory, contact: ContactState, residual: float, mismatch: float
-) -> ContactMemory:
-    """The memory with the updates that are due; the same object where none is."""
-    if mismatch > patience.mismatch and residual < patience.limit_residual:
-        memory = updated_limits(memory, contact.pressure_mpa, contact.normal, law, is_relaxed=patience.is_relaxed)
-    if residual >= patience.multiplier_residual or contact.misfit_mm <= patience.misfit_mm:
+    options: NewtonOptions, law: ContactLaw, memory: ContactMemory, contact: ContactState, residual: float,
+    mismatch: float, *, is_late: bool,
+) -> ContactMemory:  # fmt: skip
+    """The memory with the updates that are due; the same object where none is.
+
+    Late in a load step limits of friction are updated in balance only, and go only part of the way.
+    """
+    if mismatch > options.slip_mismatch and residual < options.limit_residual[is_late]:
+        memory = updated_limits(memory, contact.pressure_mpa, contact.normal, law, is_relaxed=is_late)
+    if residual >= options.update_residual or contact.misfit_mm <= options.tolerance_mm:
         return memory
-    if memory.updates < patience.updates:
+    if memory.updates < options.multiplier_updates:
         return replace(memory, multipliers_mpa=contact.pressure_mpa, updates=memory.updates + 1)
-    if contact.misfit_mm <= patience.largest_misfit_mm:
+    if contact.misfit_mm <= options.harmless_misfit_mm:
         return memory
-    updates = patience.updates - patience.reprieve
-    return replace(memory, penalty=patience.growth * memory.penalty, updates=updates)
+    updates = options.multiplier_updates - options.reprieve
+    return replace(memory, penalty=options.penalty_growth * memory.penalty, updates=updates)

@@ -15,7 +15,6 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from magicsim.arrays import Array
 from magicsim.deform.contact.augmented import (
     ContactState,
-    Patience,
     Surface,
     add_dense_stiffness,
     contact_stiffness,
@@ -91,26 +90,21 @@ def solve_face(
     problem: FaceProblem, memory: ContactMemory, *, accuracy: float, predictor: Surface | None = None
 ) -> tuple[Array, ContactMemory] | None:
     """Motion of the nodes, shape (3 nodes,) [mm], and the memory of contact that belongs to it; None where it fails."""
-    options = problem.whole.options
+    whole = problem.whole.options
+    options = replace(
+        whole, tolerance_mm=whole.tolerance_mm * MISFIT_SHARE, harmless_misfit_mm=GROWTH_SHARE * whole.tolerance_mm,
+        slip_mismatch=whole.slip_mismatch * MISMATCH_SHARE, multiplier_updates=UPDATES, reprieve=REPRIEVE,
+    )  # fmt: skip
     target = float(np.clip(RESIDUAL_PACE * accuracy, *RESIDUALS))
-    patience = Patience(
-        misfit_mm=options.tolerance_mm * MISFIT_SHARE,
-        mismatch=options.slip_mismatch * MISMATCH_SHARE,
-        multiplier_residual=options.update_residual,
-        limit_residual=options.limit_residual[True],
-        is_relaxed=True,
-        updates=UPDATES,
-        growth=options.penalty_growth,
-        reprieve=REPRIEVE,
-        largest_misfit_mm=GROWTH_SHARE * options.tolerance_mm,
-    )
     start = np.zeros(len(problem.load))
     if predictor is not None:
         start = _predicted(replace(problem, surface=predictor), memory)
     point = _evaluated(problem, start, memory)
     was_cut, shifted = False, 0
     for iteration in range(ITERATIONS):
-        updated = updated_memory(patience, problem.whole.law, memory, point.contact, point.residual, point.mismatch)
+        updated = updated_memory(
+            options, problem.whole.law, memory, point.contact, point.residual, point.mismatch, is_late=True
+        )
         if updated is not memory:
             memory = updated
             point = _evaluated(problem, point.motion, memory)

@@ -22,7 +22,6 @@ from scipy.spatial.transform import Rotation
 
 from magicsim.arrays import Array
 from magicsim.deform.contact.augmented import (
-    Patience,
     Surface,
     add_sparse_stiffness,
     contact_stiffness,
@@ -93,26 +92,12 @@ def has_converged(problem: Problem, iterate: Iterate) -> bool:
     )
 
 
-def terminate(problem: Problem, iterate: Iterate) -> bool:
-    """Whether to stop: converged, stuck, not finite or out of iterations."""
-    gave_up = iterate.stuck or iterate.iteration >= problem.options.max_iterations
-    return gave_up or not np.isfinite(iterate.residual) or has_converged(problem, iterate)
-
-
 def newton_step(problem: Problem, surface: Surface, iterate: Iterate) -> Iterate:
     """Updates of multipliers and friction limits where they are due, and one Newton step."""
-    options = problem.options
-    is_relaxed = iterate.iteration >= options.patience
-    patience = Patience(
-        misfit_mm=options.tolerance_mm,
-        mismatch=options.slip_mismatch,
-        multiplier_residual=options.update_residual,
-        limit_residual=options.limit_residual[is_relaxed],
-        is_relaxed=is_relaxed,
-        updates=options.multiplier_updates,
-        growth=options.penalty_growth,
-    )
-    memory = updated_memory(patience, problem.law, iterate.memory, iterate.contact, iterate.residual, iterate.mismatch)
+    memory = updated_memory(
+        problem.options, problem.law, iterate.memory, iterate.contact, iterate.residual, iterate.mismatch,
+        is_late=iterate.iteration >= problem.options.patience,
+    )  # fmt: skip
     if memory is not iterate.memory:
         contact = evaluate_contact(problem.face, iterate.positions, surface, memory, problem.law)
         iterate = replace(iterate, memory=memory, contact=contact)
@@ -197,7 +182,8 @@ def iterate_pose(
             problem, updates = problem.with_table_at(iterate.positions), updates + 1
             again = evaluated(problem, surface, iterate.positions, iterate.pressure, iterate.memory)
             iterate = replace(again, rungs=iterate.rungs)
-        if terminate(problem, iterate):
+        gave_up = iterate.stuck or iterate.iteration >= problem.options.max_iterations
+        if gave_up or not np.isfinite(iterate.residual) or has_converged(problem, iterate):
             return iterate
         step = condenser.step(problem, surface, iterate)
         iterate = newton_step(problem, surface, iterate).on(step) if isinstance(step, Rung) else step
