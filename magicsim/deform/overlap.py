@@ -15,9 +15,10 @@ from scipy.spatial import cKDTree
 from magicsim.arrays import Array
 from magicsim.deform.contact.face import MAX_POINTS, ContactFace, axis_weights
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.lattice.structure import Lattice
+from magicsim.deform.lattice.edges import paired_sides, triangle_normals
+from magicsim.deform.lattice.structure import Lattice, located
 from magicsim.geometry.indenter import Indenter
-from magicsim.geometry.shapes.solids import TINY, Shape
+from magicsim.geometry.shapes.solids import Shape
 
 UNSEEN_MM = 0.05
 """Deepest place of an object inside the block where no contact point near it presses [mm]: balls whose radius is twice
@@ -95,7 +96,7 @@ def overlap_fault(lattice: Lattice, face: ContactFace, state: Deformation, inden
     depth, rest, feet = inside.depth_mm[chosen], inside.rest_mm[chosen], inside.feet_mm[chosen]
     # Distances of the node planes on both sides of each place.
     intervals = [
-        np.diff(planes)[np.clip(np.searchsorted(planes, places, side="right") - 1, 0, len(planes) - 2)]
+        np.diff(planes)[located(planes, places)[0]]
         for planes, places in zip(lattice.planes_mm, rest.T[:2], strict=False)
     ]
     spacing = np.max(intervals, axis=0)
@@ -174,13 +175,7 @@ def surface_points(shape: Shape) -> Array:
     Vertices of its triangles, and points along those of their sides across which the surface turns.
     """
     mesh = shape.mesh()
-    corners = mesh.vertices[mesh.faces]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), TINY)[:, None]
-    sides = np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]])
-    order = np.lexsort((sides.max(1), sides.min(1)))[: len(sides) // 2 * 2]
-    one, other = order[::2] % len(normal), order[1::2] % len(normal)
-    start, end = mesh.vertices[sides[order[::2]]].transpose(1, 0, 2)
+    (normal, _), (start, end, one, other) = triangle_normals(mesh), paired_sides(mesh)
     length = np.linalg.norm(end - start, axis=1)
     chosen = (np.einsum("si,si->s", normal[one], normal[other]) < FLAT_COSINE) & (length > 2 * SIDE_SAMPLE_MM)
     parts = np.minimum(np.ceil(length[chosen] / SIDE_SAMPLE_MM).astype(int), MOST_SIDE_SAMPLES)

@@ -1,17 +1,9 @@
 """Strain that an equilibrium leaves in the block: stretch and stress of the skin, and shear of the infill.
 
-**Skin**, the layer of body between the contact face and the printed cells. At the Gauss points of the lattice's cells,
-from the deformation gradient F of their trilinear map: principal stretches are the singular values of F, and with B = F
-F^T and J = det F the Cauchy stress of the body's law is
-
-    sigma = mu (B - 1) / J + sum_b mu_b (F A_b F^T - 1) / J + lambda (Jbar - 1) 1,
-
-mu its long-term shear modulus, mu_b and A_b those of the branches of a body that relaxes (see `lattice.relaxation`).
-The von Mises stress sqrt(3/2 s : s), s the deviator of sigma, does not see the last term, and is the stress of a bar
-that is pulled by so much.
-
-Gauss points lie inside the cells: what happens between the outermost of them and the surface of the skin is left out,
-less of it the more cells there are across the skin (`lattice.spacing_mm`).
+**Skin**, the layer of body between the contact face and the printed cells, at the Gauss points of the lattice's cells,
+from the deformation gradient F of their trilinear map; `docs/physics/mechanics.md` has Cauchy's stress sigma. The von
+Mises stress does not see its term of volume, and is the stress of a bar that is pulled by so much. What happens between
+the outermost Gauss points and the surface of the skin is left out, less of it the more cells there are across the skin.
 
 What tears a skin is told of its two sides (`SkinCells.strained`). In the middle of a cell F is second-order accurate
 and free of the modes in which single cells fold; F and the pressure p = lambda (Jbar - 1) there go on to each side by
@@ -26,10 +18,9 @@ periodic cell problem as the cell's stiffness and says how much more than the ce
 stiffer walls: three numbers of a cubic tensor, exact for small strain, carried on to large ones by the logarithm, which
 keeps a nearly incompressible infill incompressible.
 
-The shear is gamma = sqrt(tr exp(2 E') - 3), E' the deviator of E: the amount of shear of a simple shear, and where the
-infill's shear modulus is mu, its neo-Hookean energy is mu gamma^2 / 2. A gel with a yield stress in shear tau (von
-Mises' criterion) begins to flow where mu gamma = tau. The mean over an infill cube is meant; beside the edges of the
-walls it is sheared more.
+The shear is gamma = sqrt(tr exp(2 E') - 3), E' the deviator of E: the amount of shear of a simple shear, whose
+neo-Hookean energy is mu gamma^2 / 2. A gel of the yield stress tau (von Mises' criterion) begins to flow where mu gamma
+= tau. The mean over an infill cube is meant; beside the edges of the walls it is sheared more.
 """
 
 from dataclasses import dataclass
@@ -42,9 +33,10 @@ from magicsim.arrays import Array
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.lattice.cell_problem import CellFields, printed_fields
 from magicsim.deform.lattice.follow import mean_gradient, rotation_and_strain
-from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS, gauss_geometry
+from magicsim.deform.lattice.hexahedron import deformation_gradients, gauss_geometry
 from magicsim.deform.lattice.relaxation import FULL, Branches
 from magicsim.deform.lattice.structure import Lattice
+from magicsim.deform.lattice.yielding import amount_of_shear
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import CellGrid
 
@@ -86,8 +78,7 @@ class SkinCells:
     def deformation_gradients(self, displacements_mm: Array) -> Array:
         """F at the Gauss points of the skin's cells, x fastest, shape (cells, 8, 3, 3), from nodal displacements."""
         places = self.lattice.nodes_mm + displacements_mm
-        corners = places[self.lattice.cells[: len(self.inverse)]].transpose(0, 2, 1)
-        return np.asarray(corners[:, None] @ GAUSS_GRADIENTS @ self.inverse)
+        return deformation_gradients(places, self.lattice.cells[: len(self.inverse)], self.inverse)
 
     def fields(self, deformation: Deformation) -> SkinFields:
         """Largest stretch and stress of each column of cells."""
@@ -211,8 +202,7 @@ class InfillCells:
 def shear_of(strain: Array) -> Array:
     """Amount of shear sqrt(tr exp(2 E') - 3) of logarithmic strains of shape (count, 3, 3), shape (count,)."""
     principal = np.linalg.eigvalsh(strain)
-    deviator = principal - principal.mean(1, keepdims=True)
-    return np.asarray(np.sqrt(np.maximum(np.exp(2 * deviator).sum(1) - 3, 0.0)))
+    return amount_of_shear(principal - principal.mean(1, keepdims=True))
 
 
 def localisation(fields: CellFields) -> Localisation:

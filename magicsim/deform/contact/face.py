@@ -14,12 +14,13 @@ with the same weights, so force and torque of the points are those of the nodes.
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
 from magicsim.arrays import Array, Index
-from magicsim.deform.lattice.structure import Lattice
+from magicsim.deform.lattice.structure import Lattice, located
 from magicsim.geometry.shapes.solids import Shape
 from magicsim.kernels import kernel
 
@@ -72,16 +73,14 @@ class ContactFace:
 def contact_face(lattice: Lattice, *, point_spacing_mm: float = POINT_SPACING_MM) -> ContactFace:
     """The quadrature points of a lattice's contact face.
 
-    Args:
-        lattice: The block; where its zone ends, the points are as coarse as `MIN_POINTS` allows.
-        point_spacing_mm: Largest distance between neighbouring points where contact is expected [mm].
+    They are at most so far apart where contact is expected [mm], and as coarse as `MIN_POINTS` allows beyond.
     """
     along_x, along_y, facet = _axes(lattice, point_spacing_mm)
     order = np.argsort(facet, kind="stable")
-    rows = (along_y.first[:, None] + np.arange(along_y.shape.shape[1]))[:, None, :, None] * len(lattice.planes_mm[0])
-    columns = (along_x.first[:, None] + np.arange(along_x.shape.shape[1]))[None, :, None, :]
+    nx, ny = (len(planes) for planes in lattice.planes_mm[:2])
+    patches = _stencils(ny)[:, None, :, None] * nx + _stencils(nx)[None, :, None, :]
     face = ContactFace(
-        patches=(rows + columns).reshape(len(along_x.first) * len(along_y.first), -1).astype(np.int64),
+        patches=patches.reshape((nx - 1) * (ny - 1), -1),
         facet=facet[order],
         shape=_product(along_y.shape, along_x.shape)[order],
         slopes=np.stack([_product(along_y.shape, along_x.slope), _product(along_y.slope, along_x.shape)], -1)[order],
@@ -117,26 +116,19 @@ def _axes(lattice: Lattice, spacing_mm: float) -> "tuple[_Axis, _Axis, Index]":
         _along(planes, spacing_mm, (zone.low_mm[axis], zone.high_mm[axis]) if zone else None)
         for axis, planes in enumerate(lattice.planes_mm[:2])
     )
-    facet = along_y.interval[:, None] * len(along_x.first) + along_x.interval[None, :]
+    facet = along_y.interval[:, None] * (len(lattice.planes_mm[0]) - 1) + along_x.interval[None, :]
     return along_x, along_y, np.asarray(facet.ravel())
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Axis:
-    """Points along one axis of the face."""
+class _Axis(NamedTuple):
+    """Points along one axis of the face: their intervals, weights and derivatives of these, shape (points, stencil)."""
 
-    first: Index
-    """First stencil plane of each interval, shape (intervals,)."""
     interval: Index
-    """Interval of each point, shape (points,)."""
     shape: Array
-    """Weights, shape (points, stencil)."""
     slope: Array
-    """Their derivatives, shape (points, stencil) [1/mm]."""
     low_mm: Array
     """Where the length begins that each point stands for, shape (points,) [mm]."""
     width_mm: Array
-    """Length that each point stands for, shape (points,) [mm]."""
 
 
 def _along(planes: Array, spacing_mm: float, zone: tuple[float, float] | None) -> _Axis:
@@ -148,14 +140,8 @@ def _along(planes: Array, spacing_mm: float, zone: tuple[float, float] | None) -
     interval = np.repeat(np.arange(len(width)), counts)
     number = np.arange(len(interval)) - np.repeat(np.cumsum(counts) - counts, counts)
     shape, slope = _weights(planes, interval, (number + 0.5) / counts[interval])
-    return _Axis(
-        first=_first_planes(len(planes)),
-        interval=interval.astype(np.int64),
-        shape=shape,
-        slope=slope,
-        low_mm=planes[interval] + number * (width / counts)[interval],
-        width_mm=(width / counts)[interval],
-    )
+    share = (width / counts)[interval]
+    return _Axis(interval, shape, slope, planes[interval] + number * share, share)
 
 
 def face_weights(lattice: Lattice, points_mm: Array) -> sp.csr_matrix:
@@ -165,10 +151,9 @@ def face_weights(lattice: Lattice, points_mm: Array) -> sp.csr_matrix:
     """
     columns, shapes = [], []
     for planes, place in zip(lattice.planes_mm[:2], points_mm.T, strict=True):
-        interval = np.clip(np.searchsorted(planes, place, side="right") - 1, 0, len(planes) - 2)
-        t = np.clip((place - planes[interval]) / np.diff(planes)[interval], 0, 1)
+        interval, t = located(planes, place)
         shape = _weights(planes, interval, t)[0]
-        columns.append(_first_planes(len(planes))[interval][:, None] + np.arange(shape.shape[1]))
+        columns.append(_stencils(len(planes))[interval])
         shapes.append(shape)
     nodes = (columns[1][:, :, None] * len(lattice.planes_mm[0]) + columns[0][:, None, :]).reshape(len(points_mm), -1)
     weights = (shapes[1][:, :, None] * shapes[0][:, None, :]).reshape(nodes.shape)
@@ -181,24 +166,23 @@ def axis_weights(planes_mm: Array, places_mm: Array) -> tuple[Array, Array]:
 
     Places lie from the first plane to the last; weights and their derivatives [1/mm] are of shape (places, planes).
     """
-    interval = np.clip(np.searchsorted(planes_mm, places_mm, side="right") - 1, 0, len(planes_mm) - 2)
-    t = (places_mm - planes_mm[interval]) / np.diff(planes_mm)[interval]
-    stencil = _first_planes(len(planes_mm))[interval][:, None] + np.arange(min(STENCIL, len(planes_mm)))
+    interval, t = located(planes_mm, places_mm)
+    stencil = _stencils(len(planes_mm))[interval]
     weights, slopes = np.zeros((2, len(places_mm), len(planes_mm)))
     for dense, part in zip((weights, slopes), _weights(planes_mm, interval, t), strict=True):
         np.put_along_axis(dense, stencil, part, axis=1)
     return weights, slopes
 
 
-def _first_planes(planes: int) -> Index:
-    """First stencil plane of each interval."""
+def _stencils(planes: int) -> Index:
+    """Planes that each interval is interpolated from, shape (planes - 1, stencil)."""
     size = min(STENCIL, planes)
-    return np.clip(np.arange(planes - 1) - (size // 2 - 1), 0, planes - size).astype(np.int64)
+    return np.clip(np.arange(planes - 1) - (size // 2 - 1), 0, planes - size)[:, None] + np.arange(size)
 
 
 def _weights(planes: Array, interval: Index, t: Array) -> tuple[Array, Array]:
     """Weights of the stencil at places t in [0, 1] of intervals, and their derivatives, shapes (points, stencil)."""
-    stencil = _first_planes(len(planes))[interval][:, None] + np.arange(min(STENCIL, len(planes)))
+    stencil = _stencils(len(planes))[interval]
     cubic = _lagrange(planes[stencil], planes[interval] + np.diff(planes)[interval] * t)
     smooth = [np.take_along_axis(weights, stencil, axis=1) for weights in _hermite(planes, interval, t)]
     spacings = np.diff(planes[stencil], axis=1)

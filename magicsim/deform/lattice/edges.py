@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial import cKDTree
 
-from magicsim.arrays import Array, Mask
+from magicsim.arrays import Array, Index, Mask
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.mesh import SurfaceMesh
 
@@ -89,13 +89,9 @@ class Edges:
 def pressed_edges(
     indenters: Sequence[Indenter], *, pitch_mm: float, half_face_mm: tuple[float, float], half_width_mm: float
 ) -> Edges | None:
-    """The edges of an object that can press on the face; None where there are none.
+    """The edges of an object that can press on the face, from the poses that bound its path; None where there are none.
 
-    Args:
-        indenters: The object in the poses that bound its path, in their order.
-        pitch_mm: Node spacing without edges [mm].
-        half_face_mm: Half of the footprint [mm].
-        half_width_mm: Half of the shorter side of what is touched [mm].
+    Without edges nodes are a pitch apart [mm]; the width is the shorter side of what is touched [mm].
     """
     touching = [indenter for indenter in indenters if indenter.top_mm() > 0]
     if not touching:
@@ -120,22 +116,30 @@ def pressed_edges(
     )
 
 
+def triangle_normals(mesh: SurfaceMesh) -> tuple[Array, Array]:
+    """Outward normals of a mesh's triangles, shape (triangles, 3), and twice their areas [mm2]."""
+    corners = mesh.vertices[mesh.faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    twice_area = np.linalg.norm(normal, axis=1)
+    return normal / np.maximum(twice_area, 1e-30)[:, None], twice_area
+
+
+def paired_sides(mesh: SurfaceMesh) -> tuple[Array, Array, Index, Index]:
+    """Sides of a closed mesh's triangles: where they start and end, shapes (sides, 3) [mm], and both triangles."""
+    sides = np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]]).astype(np.int64)
+    order = np.lexsort((sides[:, 0], sides.max(1), sides.min(1)))[: len(sides) // 2 * 2]
+    start, end = mesh.vertices[sides[order[::2]]].transpose(1, 0, 2)
+    return start, end, order[::2] % len(mesh.faces), order[1::2] % len(mesh.faces)
+
+
 def _sharp_edges(mesh: SurfaceMesh, largest_radius_mm: float) -> tuple[Array, Array, Array]:
     """Convex sides of triangles across which a closed surface turns sharply: with a radius below the largest one [mm].
 
     Samples along them: places [mm] and means of both normals, shapes (samples, 3), and radii, shape (samples,) [mm].
     """
-    corners = mesh.vertices[mesh.faces]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    twice_area = np.linalg.norm(normal, axis=1)
-    normal /= np.maximum(twice_area, 1e-30)[:, None]
-    sides = np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]]).astype(np.int64)
-    owner = np.tile(np.arange(len(mesh.faces)), 3)
-    order = np.lexsort((sides[:, 0], np.sort(sides, 1)[:, 1], np.sort(sides, 1)[:, 0]))
-    first, second = order[::2], order[1::2]
-    start, end = mesh.vertices[sides[first, 0]], mesh.vertices[sides[first, 1]]
+    normal, twice_area = triangle_normals(mesh)
+    start, end, one, other = paired_sides(mesh)
     length = np.maximum(np.linalg.norm(end - start, axis=1), 1e-30)
-    one, other = owner[first], owner[second]
     turn = np.arccos(np.clip(np.einsum("ei,ei->e", normal[one], normal[other]), -1, 1))
     between = (twice_area[one] + twice_area[other]) / (3 * length)
     is_convex = np.einsum("ei,ei->e", np.cross(normal[one], normal[other]), end - start) > 0

@@ -70,7 +70,8 @@ class Elasticity:
     walls: Array
     """Stiffness beta V / 4 of the structural springs of each cell, shape (cells,) [N mm]."""
     wall_ratio: Array
-    """mu / 2 beta of each cell, see `cell_kernels`, shape (cells,)."""
+    """Where the law of each cell's walls is bounded: mu / 2 beta (`cell_kernels`), or less where walls buckle, shape
+    (cells,)."""
     edges_mm: Array
     """Rest length of the edges, shape (cells, 12) [mm]."""
     table: Table | None = None
@@ -94,6 +95,9 @@ class Elasticity:
             )
         springs[bent] = network
         volumes = weights.sum(1)
+        ratio = lattice.shear_modulus_mpa / np.maximum(2 * lattice.wall_modulus_mpa, TINY)
+        if (strain := lattice.wall_buckling_strain) is not None:
+            ratio = np.minimum(ratio, ((1 - strain) ** -2 - 1) / (2 * FOLLOWED))
         return cls(
             lattice=lattice,
             volumes=volumes,
@@ -102,7 +106,7 @@ class Elasticity:
             springs=springs,
             log_modulus_mpa=lattice.shear_modulus_mpa,
             walls=lattice.wall_modulus_mpa * volumes / 4,
-            wall_ratio=_wall_ratio(lattice),
+            wall_ratio=ratio,
             edges_mm=np.linalg.norm(corners[:, EDGES[:, 1]] - corners[:, EDGES[:, 0]], axis=2),
             table=Table.below(lattice),
             coat=Membrane.on(lattice),
@@ -178,14 +182,6 @@ def bending_springs(boxes_mm: Array, corners_mm: Array, springs: Array, modulus_
     affine, _ = np.linalg.qr(np.concatenate([np.ones((len(corners_mm), 8, 1)), centred], 2))
     rest = np.eye(8) - affine @ affine.transpose(0, 2, 1)
     return np.asarray(rest @ difference @ rest)
-
-
-def _wall_ratio(lattice: Lattice) -> Array:
-    """Where the law of each cell's walls is bounded, shape (cells,), see `cell_kernels`; earlier where walls buckle."""
-    ratio = lattice.shear_modulus_mpa / np.maximum(2 * lattice.wall_modulus_mpa, TINY)
-    if lattice.wall_buckling_strain is None:
-        return ratio
-    return np.minimum(ratio, ((1 - lattice.wall_buckling_strain) ** -2 - 1) / (2 * FOLLOWED))
 
 
 def _have_spring_weights(corners_mm: Array, sizes_mm: Array) -> Mask:

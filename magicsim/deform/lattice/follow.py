@@ -23,7 +23,7 @@ import scipy.sparse as sp
 from magicsim.arrays import Array
 from magicsim.deform.lattice.cell_problem import CellFields, printed_fields
 from magicsim.deform.lattice.hexahedron import CORNERS, shape_gradients, shape_values
-from magicsim.deform.lattice.structure import Lattice
+from magicsim.deform.lattice.structure import Lattice, located
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import CellGrid
 
@@ -44,16 +44,12 @@ class FollowMap:
 
 def follow_map(lattice: Lattice, points_mm: Array) -> FollowMap:
     """Cell and weights of each point at rest [mm]; one outside moves with the nearest point of the block."""
-    index, local, boxed = [], [], lattice.flattened(points_mm)
-    for axis, planes in enumerate(lattice.planes_mm):
-        coordinate = boxed[:, axis]
-        cell = np.clip(np.searchsorted(planes, coordinate, side="right") - 1, 0, len(planes) - 2)
-        index.append(cell)
-        local.append(np.clip((coordinate - planes[cell]) / np.diff(planes)[cell], 0, 1))
+    boxed = lattice.flattened(points_mm)
+    places = [located(planes, boxed[:, axis]) for axis, planes in enumerate(lattice.planes_mm)]
+    i, j, k = (cell for cell, _ in places)
     nx, ny = len(lattice.planes_mm[0]), len(lattice.planes_mm[1])
-    i, j, k = index
     nodes = np.stack([((k + c[2]) * ny + j + c[1]) * nx + i + c[0] for c in CORNERS], 1)
-    values = shape_values(np.stack(local, 1))
+    values = shape_values(np.stack([part for _, part in places], 1))
     rows = np.arange(0, 8 * len(points_mm) + 1, 8)
     weights = sp.csr_matrix((values.ravel(), nodes.ravel(), rows), shape=(len(points_mm), len(lattice.nodes_mm)))
     return FollowMap(points_mm=np.asarray(points_mm, float), weights=weights)
@@ -76,9 +72,7 @@ def fluctuation(fields: CellFields, points: Array) -> Array:
 def _canonical(fields: CellFields, points: Array, *, is_shear: bool) -> Array:
     """Fluctuation for xx or 2 xy, unfolded from the eighth by its mirrors, shape (points, 3)."""
     mirror = np.where(points > 1 / 2, -1.0, 1.0)
-    folded = np.minimum(points, 1 - points)
-    cell = np.clip(np.searchsorted(fields.planes, folded, side="right") - 1, 0, len(fields.planes) - 2)
-    local = np.clip((folded - fields.planes[cell]) / np.diff(fields.planes)[cell], 0, 1)
+    cell, local = located(fields.planes, np.minimum(points, 1 - points))
     i, j, k = (cell[:, None, :] + CORNERS).transpose(2, 0, 1)
     field = fields.shear if is_shear else fields.axial
     eighth = np.einsum("pc,pci->pi", shape_values(local), field[k, j, i])

@@ -16,7 +16,7 @@ non-negative up to 1/4. Under refinement the topology is a quadrature rule only:
 
 import numpy as np
 
-from magicsim.arrays import Array
+from magicsim.arrays import Array, Index
 
 CORNERS = np.array([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)])
 """Corner coordinates on the unit cube, shape (8, 3)."""
@@ -58,44 +58,34 @@ GAUSS_COLUMNS = np.array([[q // 2, q % 2 + 2 * (q // 4), q % 4] for q in range(8
 
 
 def gauss_geometry(corners_mm: Array) -> tuple[Array, Array]:
-    """How cells of any shape map from the unit cube, at the Gauss points.
+    """How cells of any shape, rest corners of shape (cells, 8, 3) [mm], map from the unit cube, at the Gauss points.
 
-    Args:
-        corners_mm: Rest positions of the corners, shape (cells, 8, 3) [mm].
-
-    Returns:
-        Inverse of the map's Jacobian, shape (cells, 8 points, 3, 3) [1/mm]: a gradient on the unit cube times it is
-        the gradient at rest; and the volume of each point, shape (cells, 8) [mm3].
+    Inverse of the map's Jacobian, shape (cells, 8 points, 3, 3) [1/mm]: a gradient on the unit cube times it is the
+    gradient at rest; and the volume of each point, shape (cells, 8) [mm3].
     """
     jacobian = np.einsum("cpi,qpk->cqik", corners_mm, GAUSS_GRADIENTS, optimize=True)
     return np.linalg.inv(jacobian), np.linalg.det(jacobian) / 8
+
+
+def deformation_gradients(positions: Array, cells: Index, inverse: Array) -> Array:
+    """F at the Gauss points, shape (cells, 8, 3, 3), at positions of shape (nodes, 3) [mm]; see `gauss_geometry`."""
+    corners = positions.T[:, cells].transpose(1, 0, 2)
+    return np.asarray(corners[:, None] @ GAUSS_GRADIENTS @ inverse)
 
 
 FACE_SHARE = 0.1
 """Stiffness of a face diagonal in units of mu V / max(a, b, c)^2: assumed, within what keeps edges from pushing."""
 
 
-def spring_stiffness(sizes_mm: Array, shear_modulus_mpa: Array) -> tuple[Array, Array]:
-    """Stiffness of the springs of box cells, each as if it were shared by no missing neighbour.
+def spring_matrices(sizes_mm: Array, shear_modulus_mpa: Array) -> Array:
+    """Graph Laplacian of each box cell's own share of its springs, none of them negative, shape (cells, 8, 8) [N/mm].
 
-    Args:
-        sizes_mm: Cell edges, shape (cells, 3) [mm].
-        shear_modulus_mpa: Shear modulus, shape (cells,) [MPa].
-
-    Returns:
-        Edge springs along x, y, z, shape (cells, 3), and face diagonals, shape (cells,) [N/mm]; all non-negative.
+    The spring energy of a cell is x^T L x / 2 for each coordinate. Edges are of shape (cells, 3) [mm], shear moduli of
+    shape (cells,) [MPa].
     """
     energy = shear_modulus_mpa * sizes_mm.prod(1)
     face = FACE_SHARE * (energy / sizes_mm.max(1) ** 2)
-    return energy[:, None] / sizes_mm**2 - 4 * face[:, None], face
-
-
-def spring_matrices(sizes_mm: Array, shear_modulus_mpa: Array) -> Array:
-    """Graph Laplacian of each cell's own share of its springs, shape (cells, 8, 8) [N/mm].
-
-    The spring energy of a cell is x^T L x / 2 for each coordinate.
-    """
-    edges, face = spring_stiffness(sizes_mm, shear_modulus_mpa)
+    edges = energy[:, None] / sizes_mm**2 - 4 * face[:, None]
     laplacian = np.zeros((len(sizes_mm), 8, 8))
     for p in range(8):
         for q in range(p):
@@ -114,12 +104,8 @@ def network_matrices(inverse: Array, volumes: Array, modulus_mpa: Array) -> Arra
     """Graph Laplacian of a Gaussian network in cells of any shape, shape (cells, 8, 8) [N/mm], by their Gauss points.
 
     The entries -sum_q V_q grad N_p . M_q grad N_r are springs that may push (negative ones in distorted cells), but
-    the matrix stays positive semi-definite and an affine motion is in exact equilibrium.
-
-    Args:
-        inverse: From `gauss_geometry`, shape (cells, 8, 3, 3) [1/mm].
-        volumes: From `gauss_geometry`, shape (cells, 8) [mm3].
-        modulus_mpa: Network tensor M, shape (cells, 8, 3, 3), or its isotropic value, shape (cells,) [MPa].
+    the matrix stays positive semi-definite and an affine motion is in exact equilibrium. Inverse and volumes are those
+    of `gauss_geometry`; M is of shape (cells, 8, 3, 3), or isotropic of shape (cells,) [MPa].
     """
     gradients = GAUSS_GRADIENTS @ inverse
     if modulus_mpa.ndim == 1:

@@ -45,7 +45,7 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.deform.lattice.cell_problem import printed_fields
 from magicsim.deform.lattice.energy import Elasticity
-from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS, network_matrices
+from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS, deformation_gradients, network_matrices
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
@@ -246,8 +246,7 @@ def _weights(branches: Branches, dt_s: float) -> tuple[Array, Array, Array]:
 
 def _inverse_metric(elasticity: Elasticity, positions: Array) -> Array:
     """C^-1 at the Gauss points, cof(F)^T cof(F) / J^2, shape (cells, 8, 6)."""
-    corners = positions.T[:, elasticity.lattice.cells].transpose(1, 0, 2)
-    f = corners[:, None] @ GAUSS_GRADIENTS @ elasticity.inverse
+    f = deformation_gradients(positions, elasticity.lattice.cells, elasticity.inverse)
     cofactor = np.stack([np.cross(f[:, :, row - 2], f[:, :, row - 1]) for row in range(3)], 2)
     jacobian = np.einsum("cqk,cqk->cq", f[:, :, 0], cofactor[:, :, 0])
     product = np.einsum("cqik,cqik->cqk", cofactor[..., ROWS], cofactor[..., COLUMNS])

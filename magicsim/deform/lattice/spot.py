@@ -40,13 +40,9 @@ ROUNDING_MM = 1e-9
 def central_lattice(design: ElastomerDesign, zone: Zone, *, spacing_mm: float, is_quarter: bool) -> Lattice:
     """A lattice whose planes lie evenly below a zone about the middle, and spread beyond it.
 
-    The printed planes between cells are none of its planes; those between skin and core are.
-
-    Args:
-        design: The block.
-        zone: What is touched; as far to each side of the middle as on its farther side.
-        spacing_mm: Largest node spacing below the zone [mm].
-        is_quarter: Whether only the quarter of positive x and y is kept, its inner faces planes of symmetry.
+    The printed planes between cells are none of its planes; those between skin and core are. The zone counts as far to
+    each side of the middle as on its farther side, and below it nodes are at most so far apart [mm]. A quarter is that
+    of positive x and y, its inner faces planes of symmetry.
 
     Raises:
         GeometryError: The grid does not fit the block.
@@ -77,16 +73,10 @@ def is_mirror_image(indenter: Indenter) -> bool:
 def displaced_elsewhere(
     lattice: Lattice, displacements_mm: Array, points_mm: Array, place_mm: tuple[float, float]
 ) -> Array:
-    """Displacements that a touch at a place gives to points, from those of the same touch in the middle.
+    """Displacements [mm] that a touch at x and y gives to points, from those of the same touch in the middle.
 
-    Args:
-        lattice: From `central_lattice`.
-        displacements_mm: Of its nodes, shape (nodes, 3) [mm].
-        points_mm: Rest positions, shape (points, 3) [mm].
-        place_mm: x and y of the touch [mm].
-
-    Returns:
-        Shape (points, 3) [mm]; points farther away than the lattice reaches move as its side does.
+    Points have rest positions of shape (points, 3) [mm]; farther away than a `central_lattice` reaches they move as its
+    side does.
     """
     offset, sign = lattice.flattened(points_mm) - np.array([*place_mm, 0.0]), np.ones((len(points_mm), 3))
     if lattice.is_mirrored:

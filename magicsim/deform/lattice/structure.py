@@ -165,14 +165,24 @@ def build_lattice(design: ElastomerDesign, *, zone: Zone | None = None) -> Latti
     """
     grid = resolve_grid(design)
     if zone is None:
-        whole = lattice_planes(design, grid)
-        _check_size(whole, MAX_NODES)
-        return lattice_on(whole, design)
-    fine = _fine_enough(design, zone)
-    planes = _graded(lattice_planes(fine, grid), zone, fine)
-    planes = _split_at_edges(planes, zone, design)
-    _check_size(planes, MAX_GRADED_NODES)
+        planes, most = lattice_planes(design, grid), MAX_NODES
+    else:
+        fine = _fine_enough(design, zone)
+        planes = _split_at_edges(_graded(lattice_planes(fine, grid), zone, fine), zone, design)
+        most = MAX_GRADED_NODES
+    nodes = math.prod(len(each) for each in planes)
+    if nodes > most:
+        raise GeometryError(
+            f"the lattice has {nodes} nodes, at most {most} are allowed: take a larger design.lattice.spacing_mm or "
+            "growth, a smaller margin or fine_depth, or a smaller block"
+        )
     return replace(lattice_on(planes, design), zone=zone)
+
+
+def located(planes_mm: Array, places_mm: Array) -> tuple[Index, Array]:
+    """Interval of each place along an axis, that at its end of one outside, and how much of it lies before, in 0..1."""
+    interval = np.clip(np.searchsorted(planes_mm, places_mm, side="right") - 1, 0, len(planes_mm) - 2)
+    return interval, np.clip((places_mm - planes_mm[interval]) / np.diff(planes_mm)[interval], 0, 1)
 
 
 def lattice_on(planes_mm: Planes, design: ElastomerDesign) -> Lattice:
@@ -185,26 +195,21 @@ def lattice_on(planes_mm: Planes, design: ElastomerDesign) -> Lattice:
     if design.coat is not None:
         lattice = replace(lattice, coat_n_per_mm=design.coat.shear_n_per_mm)
     fields = printed_fields(design, grid)
-    if grid is None or fields is None:
-        return curved(lattice, design)
-    core = fields.stiffness
-    is_core = _inside_core(lattice, grid)
-    grained = replace(
-        lattice,
-        shear_modulus_mpa=np.where(is_core, core.shear_modulus_mpa, lattice.shear_modulus_mpa),
-        wall_modulus_mpa=np.where(is_core, core.wall_modulus_mpa, 0.0),
-        lame_mpa=np.where(is_core, core.lame_mpa, lattice.lame_mpa),
-        is_core=is_core,
-        grid=grid,
-    )
-    return curved(grained, design)
-
-
-def curved(lattice: Lattice, design: ElastomerDesign) -> Lattice:
-    """A box lattice mapped to a block with a curved face, free of stress there; itself for a flat one."""
-    if design.face is None:
-        return lattice
-    return replace(lattice, nodes_mm=np.ascontiguousarray(design.lifted(lattice.nodes_mm)), face=design.face)
+    if grid is not None and fields is not None:
+        core, centres = fields.stiffness, lattice.nodes_mm[lattice.cells].mean(1)
+        far = grid.origin_mm + grid.pitch_mm * np.array(grid.counts)
+        is_core = ((centres > grid.origin_mm) & (centres < far)).all(1)
+        lattice = replace(
+            lattice,
+            shear_modulus_mpa=np.where(is_core, core.shear_modulus_mpa, lattice.shear_modulus_mpa),
+            wall_modulus_mpa=np.where(is_core, core.wall_modulus_mpa, 0.0),
+            lame_mpa=np.where(is_core, core.lame_mpa, lattice.lame_mpa),
+            is_core=is_core,
+            grid=grid,
+        )
+    if design.face is not None:  # the box is mapped to a curved one, which is free of stress
+        lattice = replace(lattice, nodes_mm=np.ascontiguousarray(design.lifted(lattice.nodes_mm)), face=design.face)
+    return lattice
 
 
 def _fine_enough(design: ElastomerDesign, zone: Zone) -> ElastomerDesign:
@@ -263,18 +268,3 @@ def _split_at_edges(planes: Planes, zone: Zone, design: ElastomerDesign) -> Plan
             return x, y, edges.split_depth(planes[2], scale=scale)
         scale *= EDGE_STEP
     return planes
-
-
-def _inside_core(lattice: Lattice, grid: CellGrid) -> Mask:
-    centres = lattice.nodes_mm[lattice.cells].mean(1)
-    far = grid.origin_mm + grid.pitch_mm * np.array(grid.counts)
-    return np.asarray(((centres > grid.origin_mm) & (centres < far)).all(1))
-
-
-def _check_size(planes: Planes, most: int) -> None:
-    nodes = math.prod(len(each) for each in planes)
-    if nodes > most:
-        raise GeometryError(
-            f"the lattice has {nodes} nodes, at most {most} are allowed: take a larger design.lattice.spacing_mm or "
-            "growth, a smaller margin or fine_depth, or a smaller block"
-        )

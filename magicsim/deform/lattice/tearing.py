@@ -23,7 +23,7 @@ from magicsim.arrays import Array, Index
 from magicsim.config.ranges import check_number
 from magicsim.deform.lattice.cell_problem import printed_fields
 from magicsim.deform.lattice.energy import Elasticity
-from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS
+from magicsim.deform.lattice.hexahedron import deformation_gradients
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
@@ -90,8 +90,8 @@ class TearLaw:
 
     def stretches(self, elasticity: Elasticity, positions: Array) -> Array:
         """Largest stretch in the walls of each printed cell at node positions of shape (nodes, 3) [mm]."""
-        corners = positions.T[:, elasticity.lattice.cells[self.cells]].transpose(1, 0, 2)
-        gradients = corners[:, None] @ GAUSS_GRADIENTS @ elasticity.inverse[self.cells]
+        cells, inverse = elasticity.lattice.cells[self.cells], elasticity.inverse[self.cells]
+        gradients = deformation_gradients(positions, cells, inverse)
         weights = elasticity.weights[self.cells]
         sums = np.zeros((len(self.whole()), 3, 3))
         np.add.at(sums, self.printed, np.einsum("cg,cgij->cij", weights, gradients))

@@ -29,7 +29,7 @@ from magicsim.arrays import Array, Index
 from magicsim.config.ranges import check_number
 from magicsim.deform.lattice.cell_problem import printed_fields
 from magicsim.deform.lattice.energy import Elasticity
-from magicsim.deform.lattice.hexahedron import GAUSS_GRADIENTS, network_matrices
+from magicsim.deform.lattice.hexahedron import deformation_gradients, network_matrices
 from magicsim.deform.lattice.structure import Lattice
 from magicsim.deform.lattice.tearing import NO_SHEAR
 from magicsim.errors import ConfigError
@@ -84,13 +84,12 @@ class FlowLaw:
 
     def advanced(self, elasticity: Elasticity, tensors: Array, positions: Array) -> tuple[Array, float]:
         """Metrics after a step to node positions, shape (nodes, 3) [mm], and the heat that flows on it [N mm]."""
-        corners = positions.T[:, elasticity.lattice.cells[self.cells]].transpose(1, 0, 2)
-        f = corners[:, None] @ GAUSS_GRADIENTS @ elasticity.inverse[self.cells]
+        f = deformation_gradients(positions, elasticity.lattice.cells[self.cells], elasticity.inverse[self.cells])
         values, axes = np.linalg.eigh(f @ tensors @ f.swapaxes(-1, -2))
         strain = np.log(values) / 2
         mean = strain.mean(-1, keepdims=True)
         deviator = strain - mean
-        flows = _shear(deviator) > self.shear
+        flows = amount_of_shear(deviator) > self.shear
         if not flows.any():
             return tensors, 0.0
         deviator, mean, axes, f = deviator[flows], mean[flows], axes[flows], f[flows]
@@ -107,8 +106,8 @@ class FlowLaw:
         return np.minimum(self.modulus_mpa, elasticity.log_modulus_mpa[self.cells])
 
 
-def _shear(deviator: Array) -> Array:
-    """Amount of shear of principal logarithmic strains without their mean, shape (..., 3)."""
+def amount_of_shear(deviator: Array) -> Array:
+    """Amount of a simple shear with these principal logarithmic strains without their mean, shape (..., 3)."""
     return np.asarray(np.sqrt(np.maximum(np.exp(2 * deviator).sum(-1) - 3, 0.0)))
 
 
@@ -117,6 +116,6 @@ def _scale(deviator: Array, shear: float) -> Array:
     low, high = np.zeros(len(deviator)), np.ones(len(deviator))
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        is_above = _shear(middle[:, None] * deviator) > shear
+        is_above = amount_of_shear(middle[:, None] * deviator) > shear
         low, high = np.where(is_above, low, middle), np.where(is_above, middle, high)
     return low
