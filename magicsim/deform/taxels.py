@@ -26,8 +26,6 @@ NOTHING_MM = 1e-9
 class TaxelGrid:
     """Rectangles of equal size over the whole contact face."""
 
-    rows: int
-    columns: int
     edges_x_mm: Array
     """Where columns begin and end, increasing, shape (columns + 1,) [mm]."""
     edges_y_mm: Array
@@ -35,25 +33,14 @@ class TaxelGrid:
 
     @classmethod
     def over(cls, lattice: Lattice, *, rows: int, columns: int) -> Self:
-        """A grid over the face of a lattice; over that of a mirrored one, which is a quarter of the block's.
-
-        Args:
-            lattice: The block.
-            rows: Taxels along y, at least 1.
-            columns: Taxels along x, at least 1.
-        """
+        """A grid over the face of a lattice; over that of a mirrored one, which is a quarter of the block's."""
         x, y = lattice.planes_mm[:2]
-        return cls(
-            rows=rows,
-            columns=columns,
-            edges_x_mm=np.linspace(x[0], x[-1], columns + 1),
-            edges_y_mm=np.linspace(y[-1], y[0], rows + 1),
-        )
+        return cls(edges_x_mm=np.linspace(x[0], x[-1], columns + 1), edges_y_mm=np.linspace(y[-1], y[0], rows + 1))
 
     @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns."""
-        return self.rows, self.columns
+        return len(self.edges_y_mm) - 1, len(self.edges_x_mm) - 1
 
     @property
     def centres_mm(self) -> Array:
@@ -62,12 +49,9 @@ class TaxelGrid:
         return np.stack(np.meshgrid(x, y), -1)
 
     def largest(self, planes_x_mm: Array, planes_y_mm: Array, values: Array) -> Array:
-        """Largest value of the boxes that each taxel overlaps, shape (rows, columns).
+        """Largest value of the boxes between planes that each taxel overlaps, shape (rows, columns).
 
-        Args:
-            planes_x_mm: Where boxes begin and end along x, increasing, shape (nx + 1,) [mm].
-            planes_y_mm: Where they do along y, increasing, shape (ny + 1,) [mm].
-            values: One for each box, shape (ny, nx); taxels beyond all boxes take the nearest one's.
+        Values are of shape (ny, nx), planes increase; taxels beyond all boxes take the nearest one's.
         """
         along_x = _overlapped(planes_x_mm, self.edges_x_mm[:-1], self.edges_x_mm[1:])
         along_y = _overlapped(planes_y_mm, self.edges_y_mm[1:], self.edges_y_mm[:-1])
@@ -108,7 +92,7 @@ class TaxelMap:
         along_x = _shares(low[:, 0], high[:, 0], grid.edges_x_mm[:-1], grid.edges_x_mm[1:])
         along_y = _shares(low[:, 1], high[:, 1], grid.edges_y_mm[1:], grid.edges_y_mm[:-1])
         # A point's share of a taxel is the product of its shares of row and column.
-        shares = sp.hstack([along_x.multiply(along_y[:, row]) for row in range(grid.rows)]).T
+        shares = sp.hstack([along_x.multiply(along_y[:, row]) for row in range(grid.shape[0])]).T
         return cls(grid=grid, share_mm2=sp.csr_matrix(shares.multiply(face.area_mm2)))
 
     def forces(self, deformation: Deformation) -> TaxelForces:

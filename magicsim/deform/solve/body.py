@@ -23,7 +23,7 @@ A solver holds one factor. What a solve comes to depends on its path alone: a fa
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -98,20 +98,15 @@ LEAST_PIVOT = 1e-10
 """Smallest over largest eigenvalue of M^-1 below which the last correction is forgotten."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Step:
-    """A step that the model proposed."""
+class _Step(NamedTuple):
+    """A step that the model proposed, from the state that it was asked for last."""
 
-    load: Array
-    """Forces without contact before it, shape (unknowns,) [N]."""
-    reduced: Array
-    """Their reduced form, see `SymmetricCondenser`."""
     contact: Array
     """Forces on the kept unknowns that it is meant to balance, shape (kept,) [N]."""
     held: Callable[[], Array]
     """Gives the stiffness of what holds the kept unknowns, shape (kept, kept) [N/mm]."""
-    before: Iterate
-    """Where it begins."""
+    start: Array
+    """Positions of the nodes where it begins, shape (nodes, 3) [mm]."""
 
 
 class Body:
@@ -133,6 +128,7 @@ class Body:
         """The last step, and where it led."""
         self._end: Iterate | None = None
         self._load = self._reduced = self._beside = np.empty(0)
+        """Forces without contact at the state asked for last, shape (unknowns,) [N], and reduced forms of them."""
         self._set(np.empty((0, 0)))
 
     @property
@@ -146,6 +142,7 @@ class Body:
         reduced = self._condenser.reduce(load)
         if self._step is not None and self._end is not None and self._end.positions is iterate.positions:
             self._learn(self._step, self._end, load, reduced)
+            self._step = None
         self._load, self._reduced = load, reduced
         self._beside = self._condenser.inner(self._matrix, reduced)
         return self._stiffness, self._condensed_load()
@@ -156,7 +153,7 @@ class Body:
         `held` gives the stiffness of what holds the kept ones there, shape (kept, kept) [N/mm]; it is seldom asked.
         """
         contact = self._stiffness @ motion - self._condensed_load()
-        self._step = _Step(load=self._load, reduced=self._reduced, contact=contact, held=held, before=iterate)
+        self._step = _Step(contact, held, iterate.positions)
         amounts = self._inverse @ (self._matrix[self._condenser.kept].T @ motion + self._beside)
         return self._condenser.expand(self._reduced - self._matrix @ amounts, motion)
 
@@ -174,13 +171,13 @@ class Body:
             return
         # after a share of the step the model leaves as much of the load less, and of the contact's forces more
         share, kept = end.taken, self._condenser.kept
-        error = (1 - share) * step.load - load
+        error = (1 - share) * self._load - load
         error[kept] -= share * step.contact
-        motion = (end.positions - step.before.positions).ravel()[: len(load)]
+        motion = (end.positions - step.start).ravel()[: len(load)]
         size, curvature = float(np.linalg.norm(error)), float(error @ motion)
         if not abs(curvature) > LEAST_COSINE * size * float(np.linalg.norm(motion)):
             return
-        column = ((1 - share) * step.reduced - reduced - share * self._condenser.lifted(step.contact)) / size
+        column = ((1 - share) * self._reduced - reduced - share * self._condenser.lifted(step.contact)) / size
         curvature /= size**2
         if curvature < 0 and not 0 < self._compliance(column, step.held()) < -MOST_SOFTER * curvature:
             return

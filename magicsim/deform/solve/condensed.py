@@ -186,7 +186,7 @@ class Condenser:
 
 def _expected_facets(problem: Problem, iterate: Iterate) -> Index:
     """Facets that may come into contact before long; below a large face only those that are about to."""
-    near_mm = float(np.clip(NEAR_EDGES * problem.smallest_edge_mm, *NEAR_MM))
+    near_mm = float(np.clip(NEAR_EDGES * problem.elasticity.lattice.smallest_edge_mm, *NEAR_MM))
     facets = near_facets(problem.face, iterate, near_mm)
     return near_facets(problem.face, iterate, NEAR_MM[0]) if is_large(problem.face, facets) else facets
 

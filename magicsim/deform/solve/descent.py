@@ -35,18 +35,10 @@ FLOOR, FLOOR_SHARE = 0.1, 0.3
 def stiffenings(
     *, first: float, growth: float, last: float, cautious: float, is_near: bool, shift: float = 0.0
 ) -> Iterator[tuple[float, float]]:
-    """Stiffenings to try until a matrix is definite: nothing, then a bound of the object's curvature, then shifts.
+    """Bounds of pressure times curvature [N/mm3] and multiples of a definite matrix, to try until a matrix is definite.
 
-    Args:
-        first: Least multiple of a definite matrix that is added after 0.
-        growth: Each multiple over the one before.
-        last: Multiple at which to give up.
-        cautious: The bound of pressure times curvature [N/mm3].
-        is_near: Whether equilibrium is so near that the object's curvature may count in full.
-        shift: Multiple to begin with.
-
-    Yields:
-        Bound and multiple.
+    No bound where equilibrium is near, then the cautious one; multiples from `shift` on, and from `first` to `last`,
+    each so many times the one before.
     """
     if is_near:
         yield np.inf, shift
@@ -63,16 +55,10 @@ def decreases(value: float, reference: float, promised: float, noise: float) -> 
 def shortened(
     accepts: Callable[[Any, float], bool], trial: Callable[[float], T | None], *, longest: float, halvings: int
 ) -> tuple[T | None, float, bool]:
-    """The longest acceptable step among halved ones.
+    """The longest acceptable step among halved ones: its end, its part, and whether that was accepted.
 
-    Args:
-        accepts: Whether a trial will do.
-        trial: What a part of the step leads to; None where that is nowhere.
-        longest: Part to begin with.
-        halvings: Trials.
-
-    Returns:
-        The end of the step, its part, and whether it was accepted: the last trial that led somewhere otherwise.
+    A trial is what a part of the step leads to, None where that is nowhere. Where none is acceptable, the last one that
+    led somewhere.
     """
     alpha, best, part = longest, None, 0.0
     for _ in range(halvings):
@@ -97,7 +83,7 @@ def search(problem: Problem, surface: Surface, start: Iterate, direction: Array,
     gradient = start.elastic.gradient - start.contact.node_force_n
     slope = float((gradient * direction).sum() + volumes @ (stress * growth))
     noise = NOISE * (abs(start.contact.energy_mj) + abs(start.elastic.energy_mj))
-    longest = options.step_ratio * problem.smallest_edge_mm / max(1e-300, float(np.abs(direction).max()))
+    longest = options.step_ratio * lattice.smallest_edge_mm / max(1e-300, float(np.abs(direction).max()))
     floor = min(FLOOR, FLOOR_SHARE * start.elastic.min_jacobian)
 
     def merit(iterate: Iterate) -> float:

@@ -21,13 +21,11 @@ class SuperluSolver:
 
     def __init__(self, indptr: Indices, indices: Indices) -> None:
         self._pattern = (indices, indptr)
-        self._size = len(indptr) - 1
         self._factor: Any = None
 
     def factorise(self, values: Array) -> bool:
         """See `PardisoSolver.factorise`."""
-        upper = sp.csr_matrix((values, *self._pattern), shape=(self._size,) * 2)
-        self._factor = _definite_factor((upper + sp.triu(upper, 1).T).tocsc())
+        self._factor = _definite_factor(_whole(values, self._pattern).tocsc())
         return self._factor is not None
 
     def solve(self, right: Array) -> Array:
@@ -54,8 +52,7 @@ class SuperluCondenser:
 
     def factorise(self, values: Array) -> Array | None:
         """See `PardisoCondenser.factorise`."""
-        upper = sp.csr_matrix((values, *self._pattern), shape=(self._size,) * 2)
-        full = (upper + sp.triu(upper, 1).T).tocsr()
+        full = _whole(values, self._pattern).tocsr()
         rows = full[self._interior]
         self._factor = _definite_factor(rows[:, self._interior].tocsc())
         if self._factor is None:
@@ -88,6 +85,12 @@ class SuperluCondenser:
         result[self.kept] = motion
         result[self._interior] -= self._followed @ motion
         return result
+
+
+def _whole(values: Array, pattern: tuple[Indices, Indices]) -> sp.csr_matrix:
+    """The symmetric matrix of an upper triangle: its entries, and their columns and row starts."""
+    upper = sp.csr_matrix((values, *pattern), shape=(len(pattern[1]) - 1,) * 2)
+    return upper + sp.triu(upper, 1).T
 
 
 def _definite_factor(matrix: sp.csc_matrix) -> Any:  # noqa: ANN401

@@ -11,8 +11,6 @@
 
 A result names the rungs on which it stands (`Deformation.rungs`), and for plain steps why they were taken, so that
 `python benchmarks/stress.py` counts what each one of them is good for.
-
-A step that fails is halved and iterated with more care, down to the shortest one.
 """
 
 from dataclasses import dataclass

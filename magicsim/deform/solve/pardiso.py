@@ -68,13 +68,10 @@ class PardisoSolver:
     def __init__(
         self, indptr: Indices, indices: Indices, *, kept: Index | None = None, is_single: bool = False
     ) -> None:
-        """Takes the pattern.
+        """Takes the pattern of an upper triangle: row starts, shape (size + 1,), and ascending columns.
 
-        Args:
-            indptr: Row starts of the upper triangle, shape (size + 1,).
-            indices: Ascending columns, shape (entries,).
-            kept: Unknowns that are not eliminated, ascending: `call` then hands out their Schur complement.
-            is_single: Whether the factor is one of single precision, in half of the time and memory.
+        Of unknowns that are kept, ascending, `call` hands out the Schur complement. A factor of single precision takes
+        half of the time and memory.
         """
         module = importlib.import_module("pypardiso")
         self._library = module.PyPardisoSolver().libmkl
@@ -110,12 +107,9 @@ class PardisoSolver:
         return result
 
     def call(self, phase: int, right: Array, values: Array | None = None) -> Array | None:
-        """One call of PARDISO; what it wrote, or None where it failed.
+        """What PARDISO wrote, as long as the right-hand side; None where it failed. Values are those of a new matrix.
 
-        Args:
-            phase: Of MKL's manual; a first factorisation is preceded by the analysis.
-            right: As long as what is written.
-            values: Entries of a new matrix.
+        Phases are those of MKL's manual; a first factorisation is preceded by the analysis.
         """
         if values is not None:
             self._values = np.ascontiguousarray(values, dtype=self._type)

@@ -76,18 +76,17 @@ bumps of a texture at all; assumed."""
 
 def waiting(indenter: Indenter) -> Indenter:
     """An object that has left the face, just clear of it where it is: nothing depends on how far away it is."""
-    lifted = np.array([0.0, 0.0, max(0.0, -RAISED_MM - indenter.top_mm())])
-    return replace(indenter, pose=replace(indenter.pose, position_mm=indenter.pose.position_mm + lifted))
+    return _raised(indenter, max(0.0, -RAISED_MM - indenter.top_mm()))
 
 
 def taken_away(indenter: Indenter) -> Indenter:
     """An object that goes straight down from where it presses until it is as clear of the face."""
-    way = np.array([0.0, 0.0, max(0.0, indenter.top_mm() + RAISED_MM)])
-    return replace(indenter, pose=replace(indenter.pose, position_mm=indenter.pose.position_mm - way))
+    return _raised(indenter, -max(0.0, indenter.top_mm() + RAISED_MM))
 
 
-def _has_failed(state: Deformation) -> bool:
-    return state.core is not None and state.core.has_failed
+def _raised(indenter: Indenter, way_mm: float) -> Indenter:
+    position = indenter.pose.position_mm + np.array([0.0, 0.0, way_mm])
+    return replace(indenter, pose=replace(indenter.pose, position_mm=position))
 
 
 class ContactSolver:
@@ -167,7 +166,9 @@ class ContactSolver:
         touches = self.can_touch(indenter)
         if not touches:
             self._refuse_overlap(self._rest, indenter)
-            if previous is None or previous.pose is None or not (self.recovers or _has_failed(previous)):
+            if previous is None or previous.pose is None:
+                return self._rest
+            if not (self.recovers or (previous.core is not None and previous.core.has_failed)):
                 return self._rest
             indenter = waiting(indenter)
         elif (buried := burial_fault(self.lattice, indenter)) is not None:
@@ -180,7 +181,8 @@ class ContactSolver:
                 self._refuse_overlap(failed, indenter)
             return failed
         state = self._follow_path(problem, indenter, start, effort)
-        if state is None and self._forgets_its_path:
+        is_pathless = problem.law.friction == 0 and self._relaxation is None and self.lattice.table is None
+        if state is None and is_pathless:  # an equilibrium that may be sought from rest
             effort.restarts, effort.rungs = 1, frozenset((Rung.FEWER,))
             state = self._follow_path(problem, indenter, self._rest, effort, longer=LONGER)
         if state is None:
@@ -190,10 +192,6 @@ class ContactSolver:
             self._refuse_overlap(state, indenter)
         elif np.abs(state.displacements_mm).max() < RECOVERED_MM:  # what is left of a dent is next to nothing
             return self._rest
-        return self._relaxed(state, start, dt_s)
-
-    def _relaxed(self, state: Deformation, start: Deformation, dt_s: float) -> Deformation:
-        """A state with what its branches are after the step; itself where nothing relaxes."""
         if self._relaxation is None or start.relaxation is None:
             return state
         positions = self.lattice.nodes_mm + state.displacements_mm
@@ -259,11 +257,6 @@ class ContactSolver:
         fault = overlap_fault(self.lattice, self._problem.face, state, indenter)
         if fault is not None:
             raise ConvergenceError(fault)
-
-    @property
-    def _forgets_its_path(self) -> bool:
-        """Whether the equilibrium does not depend on how it was reached, so that it may be sought from rest."""
-        return self._problem.law.friction == 0 and self._relaxation is None and self.lattice.table is None
 
     def _timed(self, start: Deformation, dt_s: float) -> Problem:
         """The problem of one time step: the branches make it another elastic one."""
@@ -365,7 +358,7 @@ class ContactSolver:
         friction = np.linalg.norm(contact.shear_mpa, axis=1)
         tolerance = problem.options.tolerance_mm
         limits = border_gaps_mm(self.lattice, face, contact.points_mm, contact.normal)
-        limits[limits == 0] = max(tolerance, TOUCHING_SHARE * problem.smallest_edge_mm)
+        limits[limits == 0] = max(tolerance, TOUCHING_SHARE * self.lattice.smallest_edge_mm)
         pressed = np.where(contact.pressure_mpa > 0, np.inf, limits)
         touching = touching_points(self.lattice, face, contact.points_mm, contact.gap_mm, gap_limits_mm=pressed)
         limits = np.where(touching, np.maximum(limits, contact.gap_mm), limits)
@@ -381,7 +374,6 @@ class ContactSolver:
             & (friction >= (1 - ROUNDING) * iterate.memory.limit_mpa),
             contact_gap_mm=contact.gap_mm,
             touches_within_mm=limits,
-            relaxation=None,
             linearisation=self._condenser.linearisation,
             pose=pose,
             force_n=forces.sum(0),
@@ -396,6 +388,5 @@ class ContactSolver:
             rungs=rung_names(effort.rungs),
             shifted=effort.shifted,
             unknowns=problem.pattern.size,
-            converged=True,
             table=iterate.elastic.table.memory if iterate.elastic.table is not None else None,
         )

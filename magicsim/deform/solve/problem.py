@@ -108,7 +108,7 @@ class Problem:
     def is_well_conditioned(self) -> bool:
         """Whether a factor of single precision is good enough to iterate with."""
         lattice = self.elasticity.lattice
-        stiffest = max(lattice.lame_mpa.max(), lattice.coat_n_per_mm / self.smallest_edge_mm)
+        stiffest = max(lattice.lame_mpa.max(), lattice.coat_n_per_mm / lattice.smallest_edge_mm)
         return bool(stiffest < MOST_CONTRAST * lattice.shear_modulus_mpa.min()) and not self.is_at_edges
 
     @property
@@ -116,11 +116,6 @@ class Problem:
         """Whether what touches has edges, and equilibria are solved so closely that their sides count."""
         zone = self.elasticity.lattice.zone
         return zone is not None and zone.edges is not None and self.options.residual <= CLOSE
-
-    @property
-    def smallest_edge_mm(self) -> float:
-        """Shortest cell edge [mm]."""
-        return self.elasticity.lattice.smallest_edge_mm
 
     @property
     def cautious(self) -> float:
