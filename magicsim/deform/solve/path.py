@@ -307,7 +307,9 @@ class ContactSolver:
         before_cutbacks = effort.cutbacks
         while strides.done < 1 and not strides.gave_up:
             if effort.iterations >= effort.most:
-                depths = [max(0.0, replace(indenter, pose=each).top_mm()) for each in (pose, indenter.pose)]
+                face, sides = self.lattice.face, self.lattice.footprint_mm
+                places = (replace(indenter, pose=each) for each in (pose, indenter.pose))
+                depths = (max(0.0, place.depth_mm(face, sides)) for place in places)
                 raise ConvergenceError(report_bound(problem, effort, effort.most, *depths))
             target, effort.share = strides.target, strides.done
             next_pose = indenter.pose if target == 1 else pose_between(first, indenter.pose, target)

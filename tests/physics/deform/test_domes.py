@@ -8,7 +8,8 @@ from magicsim.deform.indentation.durometer import durometer
 from magicsim.deform.indentation.press import press, press_curve
 from magicsim.deform.lattice.energy import Elasticity
 from magicsim.deform.lattice.structure import build_lattice
-from magicsim.errors import ConfigError
+from magicsim.deform.solve.path import ContactSolver
+from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import place_object
 from magicsim.geometry.objects import parse_object
@@ -87,3 +88,6 @@ def test_depth_counts_from_the_face_wherever_the_object_is():
     beside = place_object(small, gap_mm=-0.4, x_mm=5.0, design=curved)
     assert beside.top_mm() > 0.6
     assert beside.depth_mm(curved.face, curved.footprint_mm) == pytest.approx(0.4, abs=1e-6)
+    solver = ContactSolver(build_lattice(curved), max_step_mm=0.1, max_iterations=1)
+    with pytest.raises(ConvergenceError, match=r"mm deep, and 0\.4 mm were asked for"):
+        solver.solve(beside)
