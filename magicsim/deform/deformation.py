@@ -3,8 +3,8 @@
 **What touches.** Below a flat face, and beside its edges, a lattice cannot lie flat: it is pressed at some of its
 points and is apart by hundredths of a millimetre between them, the less the finer it is. What is that near, with points
 that touch all around it, touches. At the border of a contact with a round object the face leaves it at a tangent, which
-nodes h apart show no better than by h^2 / 8R, the height of an arc over its chord: what is nearer than three quarters
-of that touches.
+nodes h apart show no better than by h^2 / 8R, the height of an arc over its chord: what is nearer than `BORDER` of that
+touches.
 """
 
 from dataclasses import asdict, dataclass

@@ -187,10 +187,7 @@ class InfillCells:
 
     def shear(self, deformation: Deformation) -> Array:
         """Shear gamma of each infill cube, 0 at rest, shape (nz, ny, nx): the layer below the skin first."""
-        nx, ny, nz = self.grid.counts
-        if deformation.is_rest:
-            return np.zeros((nz, ny, nx))
-        return self.shears(deformation.displacements_mm).reshape(nz, ny, nx)
+        return self.shears(deformation.displacements_mm).reshape(self.grid.counts[::-1])
 
     def shears(self, displacements_mm: Array) -> Array:
         """Shear gamma of each cell from nodal displacements, shape (cells,)."""

@@ -191,9 +191,10 @@ def press_limits(
         wall_tear_elongation=wall_tear_elongation,
     )  # fmt: skip
     lattice = weakened(central_lattice(design, zone, spacing_mm=spacing, is_quarter=is_quarter), failure)
-    core = CoreLaw.of(design, lattice, failure)
-    spaced = point_spacing_mm(poses[0].shape)
-    solver = ContactSolver(lattice, friction=friction, point_spacing_mm=spaced, core=core)
+    solver = ContactSolver(
+        lattice, friction=friction, point_spacing_mm=point_spacing_mm(poses[0].shape),
+        core=CoreLaw.of(design, lattice, failure),
+    )  # fmt: skip
     skin, infill, gel = SkinCells.of(design, lattice), _infill_below(design, lattice, zone), design.materials.infill
     modulus = gel.shear_modulus_mpa if gel is not None else 0.0
     walls = TearLaw.of(design, lattice, MOST_ELONGATION) if infill is not None else None
@@ -209,6 +210,7 @@ def press_limits(
                 stopped = str(error)
                 break
             stretch, stress = skin.strained(state)
+            moved = lattice.nodes_mm + state.displacements_mm
             shear = float(infill.shears(state.displacements_mm).max()) if infill is not None else 0.0
             place = BearingPlace(
                 depth_mm=deepest * (number + 1) / count,
@@ -216,17 +218,14 @@ def press_limits(
                 skin_stretch=stretch,
                 skin_stress_mpa=stress,
                 infill_stress_mpa=min(modulus * shear, infill_yield_mpa or math.inf) if infill is not None else None,
-                wall_stretch=(
-                    float(walls.stretches(whole, lattice.nodes_mm + state.displacements_mm).max()) if walls else None
-                ),
+                wall_stretch=float(walls.stretches(whole, moved).max()) if walls else None,
             )
             places.append(place)
             passed = [each for each in strengths if onset(places, *each).depth_mm is not None]
             events = {event for event, *_ in passed}
             if len(passed) == len(strengths) or (until is not None and events and events.issuperset(until)):
-                stopped = (
-                    "every strength is passed" if until is None else "the strengths that were asked for are passed"
-                )
+                asked = "every strength is" if until is None else "the strengths that were asked for are"
+                stopped = f"{asked} passed"
                 break
     return Bearing(
         onsets=tuple(onset(places, *each) for each in [*strengths, *(of_walls if walls else [])]),

@@ -244,16 +244,11 @@ class DurometerTest:
             progress(round(1000 * depth), round(1000 * EXTENSION_MM), f"cone {force:.2f} N, spring {spring:.2f} N")
             return force - spring
 
-        low, below, state = 0.0, -spring_force_n(0.0), Deformation.rest(self._solver.lattice)
-        high = step_mm
-        pressed = self.pressed(high, state)
-        while excess(high, pressed) < 0:
+        low, below, high, state = 0.0, -spring_force_n(0.0), step_mm, Deformation.rest(self._solver.lattice)
+        while (above := excess(high, pressed := self.pressed(high, state))) < 0:
             if high >= EXTENSION_MM:  # softer than the scale
                 return high, pressed
-            low, below, state = high, excess(high, pressed), pressed
-            high = min(high + step_mm, EXTENSION_MM)
-            pressed = self.pressed(high, state)
-        above = excess(high, pressed)
+            low, below, high, state = high, above, min(high + step_mm, EXTENSION_MM), pressed
         while high - low > DEPTH_TOLERANCE_MM:
             middle = float(np.clip(high - above * (high - low) / (above - below), low + 1e-6, high - 1e-6))
             trial = self.pressed(middle, state)

@@ -59,15 +59,9 @@ def find_depth(
     force_at: Callable[[float], float], force_n: float, *, deepest_mm: float, first_mm: float = FIRST_MM,
     power: float = BALL, error: float = FORCE_SHARE,
 ) -> Reached:  # fmt: skip
-    """Depth at which a growing force has a value.
+    """Depth at which a growing normal force has a value [N] within a relative error, or the deepest that is allowed.
 
-    Args:
-        force_at: Normal force at a depth [N].
-        force_n: The force to find [N].
-        deepest_mm: Largest depth that is allowed [mm].
-        first_mm: Where to begin [mm].
-        power: Of the depth, by which the force is expected to grow.
-        error: Largest relative error of the force.
+    It begins at the first depth and expects the force to grow by a power of it.
     """
     depth = round(min(first_mm, deepest_mm), DIGITS)
     low, high, last = (0.0, 0.0), (math.inf, math.inf), (0.0, 0.0)

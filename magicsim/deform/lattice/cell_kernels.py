@@ -11,16 +11,12 @@ cell's edges carry springs that have one, four along each axis, with the energy 
 
     beta sum_k f(I_k),   I_k = |F e_k|^2 = (length / rest length)^2,   f -> eps_kk^2 for small strain.
 
-They add 2 beta to C11 and nothing to C12 and C44, so mu = C44 and beta = (C11 - C12)/2 - C44. The law is the
-neo-Hookean fibre
-
-    f = (I - 1 - ln I) / 2,
-
-the only function of I with which a cell squeezed or stretched along its walls is neo-Hookean with the modulus
-(C11 - C12)/2, as the periodic cell of neo-Hookean walls and infill is to 1 % up to 50 % strain. A compressed wall tilts
-away: a state stays elliptic only while mu + 2 beta f' > 0, and the cell itself buckles where that vanishes. So f' is
-bounded from below by -(a + r), a = 0.7 rho, r = 0.2 rho, rho = mu / 2 beta: from I_s = 1 / (1 + 2 a) downwards it
-relaxes exponentially towards that bound, twice differentiable, and a tenth of mu always remains.
+They add 2 beta to C11 and nothing to C12 and C44. The law is the neo-Hookean fibre f = (I - 1 - ln I) / 2, the only
+function of I with which a cell squeezed or stretched along its walls is neo-Hookean with the modulus (C11 - C12)/2, as
+the periodic cell of neo-Hookean walls and infill is to 1 % up to 50 % strain. A compressed wall tilts away: a state
+stays elliptic only while mu + 2 beta f' > 0, and the cell itself buckles where that vanishes. So f' is bounded from
+below by -(a + r), a = 0.7 rho, r = 0.2 rho, rho = mu / 2 beta: from I_s = 1 / (1 + 2 a) downwards it relaxes
+exponentially towards that bound, twice differentiable, and a tenth of mu always remains.
 """
 
 # ruff: noqa: ANN001, ANN201, ANN202, PLR0912 -- numba infers the types of the kernels.

@@ -65,9 +65,6 @@ class Edges:
     radius_mm: Array
     """Radius of each edge, or what is fine enough for it, shape (samples,) [mm]."""
 
-    def __len__(self) -> int:
-        return len(self.radius_mm)
-
     def split(self, planes_mm: Array, axis: int, *, scale: float) -> Array:
         """Planes along x (0) or y (1) [mm], and more of them near the edges, by spacings times a scale."""
         wanted = scale * self.radius_mm / np.maximum(self.across[:, axis], 1e-9)

@@ -6,9 +6,7 @@ The network springs have no rest length (the structural springs of printed walls
 Jacobian at the 2 x 2 x 2 Gauss points and Jbar their mean, which is the exact trilinear volume over V0 (the Jacobian is
 quadratic in each coordinate, so two points a direction integrate it). The pressure term is no stabiliser: a Gaussian
 network alone has no elastic constants and would collapse. For affine motion and no walls W is the compressible neo-
-Hookean solid mu/2 (I1 - 3) - mu ln J + lambda/2 (J - 1)^2 (Bonet and Wood 2008, 6.4.3, with that volume term). Below
-J = 0.01 the logarithm goes on as a parabola with the same value, slope and curvature, so that W stays finite for trial
-states.
+Hookean solid mu/2 (I1 - 3) - mu ln J + lambda/2 (J - 1)^2 (Bonet and Wood 2008, 6.4.3, with that volume term).
 """
 
 from collections.abc import Callable
@@ -150,7 +148,7 @@ class Elasticity:
     ) -> Array:
         """Upper triangle of the Hessian of the free nodes [N/mm], pressure condensed out, and a multiple of springs."""
         lattice = self.lattice
-        halves = np.zeros((2, pattern.entries))
+        halves = np.zeros((2, len(pattern.indices)))
         bulk, springs = lattice.lame_mpa / self.volumes, self.springs * (1 + shift)
 
         def add(half: slice) -> None:

@@ -3,15 +3,11 @@
 Corners are numbered with x fastest and z slowest, so the first four lie on the low-z face and local order agrees with
 the lattice's global node order.
 
-**Springs.** The springs are Gaussian chains (James and Guth's phantom network). A cell of edges a x b x c holds a
-quarter of each of its twelve edge springs and half of each of its twelve face diagonals; body diagonals have none.
-Affine motion F stretches a spring of rest vector d to F d, so the energy mu/2 V tr(F^T F) is exact when, along x and
-cyclically,
-
-    k_x a^2 + 2 (k_xy + k_xz) a^2 = mu V.
-
-Given the diagonals, the edges follow. The share `FACE_SHARE` of mu V / max(a, b, c)^2 for the faces keeps every spring
-non-negative up to 1/4. Under refinement the topology is a quadrature rule only: all choices have the same limit.
+**Springs** are Gaussian chains (James and Guth's phantom network). A cell of edges a x b x c holds a quarter of each of
+its twelve edge springs and half of each of its twelve face diagonals; body diagonals have none. Given the diagonals the
+edges follow: affine motion F stores mu/2 V tr(F^T F) when k_x a^2 + 2 (k_xy + k_xz) a^2 = mu V, along x and cyclically.
+The share `FACE_SHARE` of mu V / max(a, b, c)^2 for the faces keeps every spring non-negative up to 1/4. Under
+refinement the topology is a quadrature rule only: all choices have the same limit.
 """
 
 import numpy as np

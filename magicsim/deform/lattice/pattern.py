@@ -33,11 +33,6 @@ class BlockPattern:
         values[self.held_entries] = 0.0
         values[self.indptr[:-1][self.held]] = 1.0
 
-    @property
-    def entries(self) -> int:
-        """Number of stored entries."""
-        return len(self.indices)
-
 
 def block_pattern(lattice: Lattice, patches: Index = NO_PATCHES) -> BlockPattern:
     """Finds where every pair of nodes of a cell, or of a patch of the contact face, goes.

@@ -124,14 +124,10 @@ class Relaxation:
         )
 
     def timed_elasticity(self, state: RelaxationState, *, dt_s: float) -> Elasticity:
-        """The energy whose equilibrium is the lattice at the end of a time step.
+        """The energy whose equilibrium is the lattice at the end of a time step from a state.
 
         Its gradient is the whole force, long-term and branches; its energy is an incremental potential and not what is
-        stored.
-
-        Args:
-            state: At the start of the step.
-            dt_s: Length of the step, 0 for a sudden change, infinite for the long-term response [s].
+        stored. A step of 0 is a sudden change, an infinite one the long-term response [s].
 
         Raises:
             ConfigError: The step is negative.

@@ -98,17 +98,11 @@ def resolved_lattice(
     design: ElastomerDesign, spot: Zone, *, margin_mm: float, spacing_mm: float, growth: float, mirrored: bool = False,
     homogenised: bool = False,
 ) -> Lattice:  # fmt: skip
-    """The lattice of a design with its walls resolved below a spot of the contact face.
+    """The lattice of a design with its walls resolved below a spot of the contact face that is touched.
 
-    Args:
-        design: The block.
-        spot: What is touched.
-        margin_mm: Walls are resolved so far around the spot and so deep below the skin [mm]; cells that the box cuts
-            are resolved whole.
-        spacing_mm: Largest node spacing in the box, between walls and in the skin [mm].
-        growth: Ratio of neighbouring spacings outside.
-        mirrored: Only the quarter beyond the spot's centre, which has to be a place of symmetry.
-        homogenised: Keep the effective stiffness of the core on the same planes.
+    They are so by a margin around the spot and below the skin [mm]; cells that this box cuts are resolved whole. In it
+    nodes are at most a spacing apart [mm], outside spacings grow by a ratio. A mirrored lattice is the quarter beyond
+    the spot's centre, a place of symmetry; a homogenised one keeps the effective stiffness of the core on its planes.
 
     Raises:
         GeometryError: The grid does not fit the block.
@@ -117,10 +111,10 @@ def resolved_lattice(
     unsplit = design.lattice.model_copy(update={"spacing_mm": None})
     printed = lattice_planes(design.model_copy(update={"lattice": unsplit}), grid)
     box = ((fine.low_mm[0], fine.high_mm[0]), (fine.low_mm[1], fine.high_mm[1]), (0.0, design.skin_mm + margin_mm))
-    centre = (*spot.centre_mm, None) if mirrored else (None, None, None)
+    centre = [(low + high) / 2 if mirrored else None for low, high in zip(spot.low_mm, spot.high_mm, strict=True)]
     axes = [
-        _resolved_axis(design, grid, axis, (printed[axis], *box[axis]), centre[axis], spacing_mm, growth)
-        for axis in range(3)
+        _resolved_axis(design, grid, axis, (printed[axis], *box[axis]), middle, spacing_mm, growth)
+        for axis, middle in enumerate([*centre, None])
     ]
     (x, *_), (y, *_), (z, *_) = axes
     lattice = replace(lattice_on((x, y, z), design), zone=spot, is_mirrored=mirrored)

@@ -51,12 +51,6 @@ class Zone:
         """Half of its shorter side [mm]."""
         return min(high - low for low, high in zip(self.low_mm, self.high_mm, strict=True)) / 2
 
-    @property
-    def centre_mm(self) -> tuple[float, float]:
-        """Middle of the zone, x and y [mm]."""
-        x, y = ((low + high) / 2 for low, high in zip(self.low_mm, self.high_mm, strict=True))
-        return x, y
-
     def grown(self, margin_mm: float) -> Self:
         """The zone with a margin on every side [mm]."""
         low_x, low_y = (low - margin_mm for low in self.low_mm)

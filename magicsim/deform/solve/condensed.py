@@ -81,14 +81,9 @@ class Condenser:
     ) -> Iterate | Rung:
         """One step of the body with the contact that belongs to it; a reason (`WHY_PLAIN`) where none can be taken.
 
-        Args:
-            problem: The lattice and its tolerances.
-            surface: The object in the pose of this load step.
-            iterate: Where the step begins.
-            pressed: For the first step of a load step, points of the face that were pressed at the end of the last one;
-                they may still be in a retreat.
-            predictor: A surface that the face follows roughly before the object's own decides; None where the object
-                has not gone far.
+        The first step of a load step is told which points of the face were pressed at the end of the last one: they may
+        still be in a retreat. Where the object has gone far, the face follows a predictor roughly before its own
+        surface decides.
         """
         is_first = pressed is not None
         needed = near_facets(problem.face, iterate, NEEDED_MM)
@@ -107,7 +102,8 @@ class Condenser:
             is_poor = end is None or end.stuck or end.shortened
             if end is not None and not is_poor and not is_first:
                 is_poor = end.residual > self._expected(iterate, end)
-            if is_poor and not self._is_fresh(body, iterate):
+            is_fresh = self.linearisation is not None and self.linearisation.positions is iterate.positions
+            if is_poor and not (is_fresh and body.is_plain):  # a better model can be made
                 self._drop()
                 continue
             if end is None:
@@ -139,11 +135,6 @@ class Condenser:
 
     def _drop(self) -> None:
         self.linearisation, self._body = None, None
-
-    def _is_fresh(self, body: Body, iterate: Iterate) -> bool:
-        """Whether a model is the best that there is at a state."""
-        last = self.linearisation
-        return last is not None and last.positions is iterate.positions and body.is_plain
 
     def _model(self, problem: Problem, iterate: Iterate, needed: Index) -> Body | Rung:
         """The model to step with: a new one at this state where there is none, or none that has all facets needed.

@@ -3,9 +3,10 @@
 What is asked of either is the same, so the algorithm does not depend on which there is.
 """
 
-from collections.abc import Callable
-from functools import lru_cache, wraps
-from typing import Any, ParamSpec, TypeVar
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -103,28 +104,23 @@ def _definite_factor(matrix: sp.csc_matrix) -> Any:  # noqa: ANN401
     return factor if (factor.U.diagonal() > 0).all() else None
 
 
-P = ParamSpec("P")
-T = TypeVar("T")
-
-
-def on_one_blas_thread(function: Callable[P, T]) -> Callable[P, T]:
-    """Keeps NumPy's own BLAS on one thread while a function runs.
-
-    Its sums would depend on the number of cores, and its idle threads would spin on those that MKL needs. Beside other
-    work, factorisations of a few rows each (a triangulation's 600 took 3 s) wait for threads that do not get to run.
-    """
-
-    @wraps(function)
-    def on_one_thread(*arguments: P.args, **keywords: P.kwargs) -> T:
-        with _controller().select(internal_api="openblas").limit(limits=1):
-            return function(*arguments, **keywords)
-
-    return on_one_thread
-
-
 @lru_cache(maxsize=1)
 def _controller() -> ThreadpoolController:
     return ThreadpoolController()
+
+
+@contextmanager
+def _one_blas_thread() -> Iterator[None]:
+    with _controller().select(internal_api="openblas").limit(limits=1):
+        yield
+
+
+on_one_blas_thread = _one_blas_thread()
+"""Decorates a function: NumPy's own BLAS has one thread while it runs.
+
+Its sums would depend on the number of cores, and its idle threads would spin on those that MKL needs. Beside other
+work, factorisations of a few rows each (a triangulation's 600 took 3 s) wait for threads that do not get to run.
+"""
 
 
 SymmetricSolver = PardisoSolver | SuperluSolver

@@ -41,15 +41,9 @@ MOTIONS = 6
 def contact_tangent(problem: Problem, store: FactorStore, state: Deformation, indenter: Indenter) -> Array | None:
     """Derivative of force and torque on the sensor by the object's motion, shape (6, 6) [N, N mm per mm, rad].
 
-    Args:
-        problem: The lattice and its contact law.
-        store: Factorises; it holds the factor of this state afterwards.
-        state: An equilibrium.
-        indenter: The object in the pose of that equilibrium.
-
-    Returns:
-        Rows are force and torque about the sensor's origin, columns the motion of the object's point at the sensor's
-        origin and its rotation about the sensor's axes; zero at rest, None where the body cannot be condensed there.
+    The object is in the pose of an equilibrium, whose factor the store holds afterwards. Rows are force and torque
+    about the sensor's origin, columns the motion of the object's point at the sensor's origin and its rotation about
+    the sensor's axes; zero at rest, None where the body cannot be condensed there.
     """
     if state.is_rest:
         return np.zeros((MOTIONS, MOTIONS))

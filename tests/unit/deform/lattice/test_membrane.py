@@ -44,7 +44,7 @@ def moved(lattice: Lattice, *, seed: int = 0) -> np.ndarray:
 def dense(lattice: Lattice, positions: np.ndarray, *, shift: float = 0.0) -> np.ndarray:
     """Hessian of the membrane alone, of all nodes that are free."""
     pattern = block_pattern(lattice, contact_face(lattice).patches)
-    values = np.zeros(pattern.entries)
+    values = np.zeros(len(pattern.indices))
     sheet(lattice).add_stiffness(positions, pattern, values, shift=shift)
     upper = sp.csr_matrix((values, pattern.indices, pattern.indptr), shape=(pattern.size,) * 2).toarray()
     return np.asarray(upper + np.triu(upper, 1).T)
