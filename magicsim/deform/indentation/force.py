@@ -92,18 +92,10 @@ def press_to_force(
     failure: CoreFailure = WHOLE,
     max_iterations: int = MAX_ITERATIONS,
 ) -> Reached:
-    """Presses an object into a block until a normal force acts, quasi-static.
+    """Presses an object into a block, quasi-static, until a normal force acts [N] or the deepest place is reached [mm].
 
-    Args:
-        design: The block.
-        placed: The object pressed to a depth [mm], and then wherever else it touches on its path: the lattice is fine
-            at all of these places.
-        force_n: Normal force at which the press ends [N].
-        deepest_mm: Depth at which it ends in any case [mm].
-        friction: Coulomb's coefficient.
-        quality: How finely equilibria are solved, see `SOLVE_QUALITIES`.
-        failure: How the core fails; not at all by default.
-        max_iterations: Iterations of one equilibrium before the press is given up.
+    The object is placed at a depth [mm], and then wherever else it touches on its path: the lattice is fine at all of
+    these places. A quality is a name of `SOLVE_QUALITIES`; iterations are those of one equilibrium, at most.
 
     Raises:
         GeometryError: The design cannot be built.

@@ -129,13 +129,9 @@ def cell_correctors(
 ) -> CellCorrectors | None:
     """Hangs points of the infill on the lattice and on the cell problem; None without a grid or without infill.
 
-    Args:
-        design: The block.
-        grid: Its printed cells.
-        lattice: Its lattice; each node plane of the grid that it leaves out is interpolated.
-        points_mm: Rest positions, the same number for each cell and the same in each, cells x-fastest, shape
-            (cells * points a cell, 3) [mm], as `geometry.elastomer` tiles them.
-        cell_mm: Points of a drawn cell about its middle, shape (points a cell, 3) [mm]; the first cell's by default.
+    Rest positions are of shape (cells * points a cell, 3) [mm], cells x-fastest and all alike, as `geometry.elastomer`
+    tiles them; those of a drawn cell about its middle of shape (points a cell, 3) [mm], the first cell's by default.
+    Node planes of the grid that the lattice leaves out are interpolated.
     """
     fields = printed_fields(design, grid)
     if grid is None or fields is None:

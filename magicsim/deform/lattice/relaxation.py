@@ -210,13 +210,10 @@ def branch_moduli(design: ElastomerDesign, lattice: Lattice, terms: Sequence[tup
     Relaxation times are the caller's reading of the master curve: a time fitted against an axis in hertz is 2 pi
     times as long when that axis is in radians per second.
 
-    Args:
-        design: The block.
-        lattice: From `build_lattice` of the design.
-        terms: Relaxation time [s] and Young's modulus beyond the long-term one [MPa] of each term.
+    Terms are relaxation times [s] with Young's moduli beyond the long-term one [MPa].
 
     Raises:
-        ConfigError: A time or modulus is not positive.
+        ConfigError: A time is not positive, or a modulus negative.
     """
     times, moduli = np.array(terms, float).reshape(-1, 2).T
     if not ((times > 0) & (moduli >= 0)).all():
