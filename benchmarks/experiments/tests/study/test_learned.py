@@ -11,10 +11,11 @@ import pytest
 
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.errors import ConfigError, OutputError
+from magicsim_experiments.learn.samples import Label
 from magicsim_experiments.study.learned.alignment import axis_angle_deg
 from magicsim_experiments.study.learned.answers import Answers
 from magicsim_experiments.study.learned.data import data_stages
-from magicsim_experiments.study.learned.learned_study import SAID, pairs_figures, pairs_table
+from magicsim_experiments.study.learned.learned_study import SAID, absolute_error, pairs_figures, pairs_table
 from magicsim_experiments.study.learned.localisation import mask_features
 from magicsim_experiments.study.learned.ranging import bin_names, gap_bin
 from magicsim_experiments.study.study_file import load_study
@@ -232,3 +233,22 @@ recipe_changes = {{ episodes = 12, episodes_per_sensor = 12 }}
     assert (errors == 0).any()
     assert not errors[np.isfinite(errors)].any()
     assert "pairs-0" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_interval_of_units_that_nobody_saw_holds_what_the_next_unit_may_be():
+    random, covered = np.random.default_rng(4), {"press": 0, "unit": 0}
+    for _ in range(200):
+        units = np.repeat(np.arange(12), 20)
+        error = np.repeat(np.abs(1 + 0.3 * random.normal(size=12)), 20) + 0.1 * random.random(240)
+        columns = {"press": np.arange(240), "unit": units, "truth.P": np.zeros(240), "model.P": error}
+        found = Answers(table=pa.table(columns))
+        for drawn in covered:
+            score = absolute_error(found, "model", Label(name="P"), seed=1, drawn=drawn)
+            covered[drawn] += score.low < 1.05 < score.high
+            assert score.presses == 240
+    assert covered["press"] < 120  # of 200: an interval over presses alone is of these units
+    assert covered["unit"] > 170
+    few = found.where(found.column("unit") < 2)
+    assert absolute_error(few, "model", Label(name="P"), seed=1, drawn="unit") == absolute_error(
+        few, "model", Label(name="P"), seed=1
+    )

@@ -47,9 +47,21 @@ SAID = {
 }  # fmt: skip
 
 
-def absolute_error(found: Answers, method: str, label: Label, *, seed: int) -> Score:
-    """Mean absolute error of a method, over frames that have the label."""
-    return mean_score(found.missed(method, label.name), found.column("press"), seed=seed)
+LEAST_UNITS = 5
+"""Fewer printed units say nothing of others: intervals then draw presses of the same ones."""
+
+
+def absolute_error(found: Answers, method: str, label: Label, *, seed: int, drawn: str = "press") -> Score:
+    """Mean absolute error of a method, over frames that have the label.
+
+    Args:
+        drawn: What the interval draws again: `press`, or `unit` for what is said of printed units that nobody saw,
+            where there are five at least.
+    """
+    units = found.column("unit")
+    groups = units if drawn == "unit" and len(np.unique(units)) >= LEAST_UNITS else found.column("press")
+    score = mean_score(found.missed(method, label.name), groups, seed=seed)
+    return replace(score, presses=len(found.on_presses(method, label.name)))
 
 
 def error_row(first: Mapping[str, Cell], label: Label, score: Score) -> Row:
@@ -78,19 +90,24 @@ def methods_table(folder: Path, stage: LearningStage, labels: Sequence[Label], *
 
 
 def compared_table(
-    parts: Mapping[str, Answers | None], labels: Sequence[Label], *, name: str, title: str, seed: int, note: str = ""
-) -> Table:
+    parts: Mapping[str, Answers | None], labels: Sequence[Label], *, name: str, title: str, seed: int, note: str = "",
+    unseen: str = "",
+) -> Table:  # fmt: skip
     """Errors of the model on several sets of frames, by label.
 
     Args:
         parts: Sets of frames by what they are called; those that are None are left out.
+        unseen: The set of printed units that no model saw: its interval draws units, where there are enough.
     """
     rows = [
-        error_row({"frames_of": part}, label, absolute_error(found, "model", label, seed=seed))
+        error_row(
+            {"frames_of": part}, label,
+            absolute_error(found, "model", label, seed=seed, drawn="unit" if part == unseen else "press"),
+        )
         for label in labels
         for part, found in parts.items()
         if found is not None and len(found)
-    ]
+    ]  # fmt: skip
     columns = (Column(name="label"), Column(name="frames_of", title="on"), Column(name="unit"), *ERROR_COLUMNS)
     return Table(name=name, title=title, columns=columns, rows=tuple(rows), note=note)
 
@@ -254,8 +271,9 @@ class LearnedStudy(Study):
         return (
             methods_table(folder, self.learning, labels, seed=seed),
             compared_table(
-                parts, labels, name="units", title="Unseen units", seed=seed,
-                note="Units differ by the tolerances of the recipe, and by their room where it draws one.",
+                parts, labels, name="units", title="Unseen units", seed=seed, unseen="unknown units",
+                note="Units differ by the tolerances of the recipe, and by their room where it draws one. Intervals of "
+                f"unknown ones draw units again, from {LEAST_UNITS} on; of fewer, presses: they hold no other unit.",
             ),
             curve_table(folder, self.learning, labels, seed=seed),
             compared_table(
