@@ -172,7 +172,7 @@ class Look:
         else:
             seen = paths.glow(world.elements(field), pixels)
             seen += paths.seen_of_room(passing, pixels)
-            if outside.object is not None or outside.flashlight is not None:
+            if outside.is_there:
                 seen += paths.seen_outside(None, outside, field.irradiance, finish, pixels, room=passing)
         seen += paths.mirrored(
             outside, finish, pixels, lambda starts: follow_camera(

@@ -123,12 +123,12 @@ def _own_light(world: LitWorld, outside: Outside, anchor: Untouched, control: Un
     """Light of strips and room with something outside: the untouched sensor's, and what the object adds to it."""
     dark, counts, voxels = world.darkness(outside), world.counts, world.voxel_counts
     known = replace(total([world.darkness(), *anchor.fields.values()]), irradiance=dark.irradiance)
-    if outside.object is None:
-        return known
-    back = follow_light(world, outside, anchor.light, seed=seed)
-    lit = total([known, back])
-    lit = replace(anchored_light(lit, known, known, counts, voxels), irradiance=back.irradiance)
-    if ENVIRONMENT not in anchor.fields:
+    lit = known
+    if outside.object is not None:
+        back = follow_light(world, outside, anchor.light, seed=seed)
+        lit = total([known, back])
+        lit = replace(anchored_light(lit, known, known, counts, voxels), irradiance=back.irradiance)
+    if ENVIRONMENT not in anchor.fields or not outside.is_there:
         return lit
     traced, rest = (each.fields[ENVIRONMENT] for each in (control, anchor))
     change = room_change(world, outside, control, seed=seed)
@@ -162,7 +162,7 @@ def room_change(world: LitWorld, outside: Outside, control: Untouched, *, seed: 
     added, lost = [], []
     for chunk in chunks([first]):
         starts = LightStarts.emitted(chunk)
-        kept = dr.compress(_is_kept_out(world, outside, starts))
+        kept = dr.compress(is_kept_out(world, outside, starts))
         if len(kept):
             gone[chunk[0].first + np.array(kept)] = True
             blocked = starts.some(kept)
@@ -176,7 +176,7 @@ def room_change(world: LitWorld, outside: Outside, control: Untouched, *, seed: 
     return _difference(world, outside, added, lost, count)
 
 
-def _is_kept_out(world: LitWorld, outside: Outside, starts: LightStarts) -> Any:
+def is_kept_out(world: LitWorld, outside: Outside, starts: LightStarts) -> Any:
     """Which particles meet what stands outside before the sensor, mi.Bool."""
     there = outside.scene.ray_intersect_preliminary(starts.rays)
     dr.eval(there)  # a kernel on an NVIDIA GPU traces one scene
@@ -189,7 +189,7 @@ def _beside(world: LitWorld, outside: Outside, parts: list[Sent]) -> list[Tracks
     tracks = []
     for chunk in chunks(parts):
         starts = LightStarts.emitted(chunk)
-        meets = _is_kept_out(world, outside, starts) & (starts.brightest > 0)
+        meets = is_kept_out(world, outside, starts) & (starts.brightest > 0)
         kept = dr.compress(meets)
         if len(kept):
             tracks.append(world.light_pass(starts.some(kept), outside=outside))

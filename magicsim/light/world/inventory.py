@@ -79,7 +79,7 @@ class Inventory:
             triangles_per_cell=self._triangles_per_cell,
             faces=grid.faces if grid is not None else None,
             openings=self._openings,
-            outside=outside.scene if outside is not None and outside.object is not None else None,
+            outside=outside.scene if outside is not None and outside.is_there else None,
             coating=self._coating.on(self._body, self._scene) if self._coating is not None else None,
             environment=self.environment,
             room=room,

@@ -31,7 +31,7 @@ class Shapes:
     """Cell behind each triangle that is a membrane in a missing wall, see `FusedCells.beyond`, mi.UInt32; None where
     no wall is missing."""
     outside: Any = None
-    """A scene of its own that holds the object, or None where it is in the block's."""
+    """A scene of its own that holds object, flashlight or both, or None where they are in the block's."""
     coating: Any = None
     """`Coating` of the contact face, or None where it is bare."""
     environment: Any = None
