@@ -38,7 +38,10 @@ def is_out_of_reach(gap_mm: float, finish: Finish, design: ElastomerDesign, rig:
     ):
         return False
     sent_back = brightest_return(gap_mm, finish, design, rig)
-    return grey_levels(sent_back, meter(untouched, rig.camera, rig.lit), rig.camera) <= FAINT_LEVELS
+    return (
+        grey_levels(sent_back, meter(untouched, rig.camera, rig.lit(is_opaque=design.is_opaque)), rig.camera)
+        <= FAINT_LEVELS
+    )
 
 
 def brightest_return(gap_mm: float, finish: Finish, design: ElastomerDesign, rig: Rig) -> Array:
