@@ -18,7 +18,18 @@ from magicsim.light.world.coated_face import CoatedFace
 from magicsim.light.world.coating import FaceCoating
 from magicsim.light.world.irradiance import SMOOTHING_MM, IrradianceKernel, irradiance_kernel, widened
 from magicsim.light.world.loaded_scene import Outside
-from magicsim.light.world.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT, PLACE
+from magicsim.light.world.names import (
+    BODY,
+    ENVIRONMENT,
+    FLASHLIGHT,
+    GHOST,
+    HOUSING,
+    INFILL,
+    OBJECT,
+    PLACE,
+    SHELL,
+    SHOULDER,
+)
 from magicsim.light.world.room_light import Beam, room_beams, surroundings
 from magicsim.light.world.shapes import Shapes, lights, mesh_of, shape_named, wetted
 from magicsim.scenes.rig import Rig
@@ -111,7 +122,7 @@ class Inventory:
         if self._fused is not None:
             mesh, pairs = SurfaceMesh(vertices=mesh.vertices, faces=self._fused.closed), self._fused.pairs
         # The housing stands around the block, so that its box tells nothing.
-        known = {BODY, INFILL, PLACE, OBJECT, GHOST, HOUSING}
+        known = {BODY, INFILL, PLACE, OBJECT, GHOST, HOUSING, SHELL, SHOULDER}
         alone = not any(box.overlaps(shape.bbox()) for shape in self._scene.shapes() if shape.id() not in known)
         return GridState(
             mesh=mesh,

@@ -40,11 +40,16 @@ def ring_mesh(ring: LedRing, plate_mm: float) -> SurfaceMesh:
         angle = 2 * np.pi * np.arange(ring.leds) / ring.leds
         places = ring.radius_mm * np.stack([np.cos(angle), np.sin(angle)], 1)
         return disks(np.column_stack([places, np.full(len(places), z)]), np.array([0.0, 0.0, -1.0]), ring.width_mm / 2)
+    return annulus(ring.radius_mm, ring.width_mm, z)
+
+
+def annulus(radius_mm: float, width_mm: float, z: float) -> SurfaceMesh:
+    """An even ring across z at that height, of a mean radius and a width, that faces down [mm]."""
     angle = 2 * np.pi * np.arange(RING_SIDES) / RING_SIDES
     around = np.stack([np.cos(angle), np.sin(angle)], 1) * np.sqrt(
         2 * np.pi / RING_SIDES / np.sin(2 * np.pi / RING_SIDES)
     )
-    radii = ring.radius_mm + np.array([-0.5, 0.5]) * ring.width_mm
+    radii = radius_mm + np.array([-0.5, 0.5]) * width_mm
     vertices = np.concatenate([np.column_stack([radius * around, np.full(RING_SIDES, z)]) for radius in radii])
     inner = np.arange(RING_SIDES)
     following = (inner + 1) % RING_SIDES

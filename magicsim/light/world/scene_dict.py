@@ -13,7 +13,7 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import mi
 from magicsim.light.flaws.scatterers import scatterer_entries
 from magicsim.light.world.finish import COLORS, Finish
-from magicsim.light.world.lamp_shapes import lamp_entries, marker_bsdf, marker_disks
+from magicsim.light.world.lamp_shapes import annulus, lamp_entries, marker_bsdf, marker_disks
 from magicsim.light.world.materials import face_bsdf, face_places, interface_bsdf, parted
 from magicsim.light.world.names import (
     BLOCK,
@@ -28,15 +28,19 @@ from magicsim.light.world.names import (
     OBJECT,
     PLACE,
     RING,
+    SHELL,
+    SHOULDER,
 )
 from magicsim.light.world.room_light import room_sphere
-from magicsim.scenes.refusals import housing_mm
+from magicsim.scenes.refusals import housing_mm, opening_mm
 from magicsim.scenes.rig import INSET_MM, LedStrip, Rig
 from magicsim.scenes.room import room_radiance
 
 SIDE_STEPS = 401
 AIR_GAP_MM = 0.3
 """Gap between body and an LED strip behind air [mm]."""
+RIM_MM = 0.1
+"""Height of the opening's rim where the housing is wider above it [mm]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -260,16 +264,27 @@ def _rectangle(
 
 
 def _room(elastomer: Elastomer, rig: Rig, *, for_paths: bool) -> dict[str, Any]:
-    """Light from all around, and a black housing that leaves what is below the contact face."""
-    radius, top = housing_mm(elastomer.design, rig)
+    """Light from all around, and a black housing that leaves what is below the contact face.
+
+    Where lights stand beside its opening it is wider above a rim: as much of the room's light enters.
+    """
+    opening, (radius, top) = opening_mm(elastomer.design), housing_mm(elastomer.design, rig)
     far, near_mm = _environment(rig), rig.near_mm
     black = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}}
     lid = mi.ScalarTransform4f().translate([0, 0, top]).scale([radius, radius, 1])
-    return {
+
+    def wall(low: float, high: float, radius: float) -> dict[str, Any]:
+        return {"type": "cylinder", "p0": [0, 0, low], "p1": [0, 0, high], "radius": radius, "bsdf": black}
+
+    found = {
         ENVIRONMENT: far if near_mm is None or not for_paths else room_sphere(far, near_mm),
-        HOUSING: {"type": "cylinder", "p0": [0, 0, 0], "p1": [0, 0, top], "radius": radius, "bsdf": black},
+        HOUSING: wall(0, top if radius == opening else RIM_MM, opening),
         "lid": {"type": "disk", "to_world": lid, "bsdf": black},
     }
+    if radius > opening:
+        shoulder = annulus((opening + radius) / 2, radius - opening, RIM_MM)
+        found |= {SHELL: wall(RIM_MM, top, radius), SHOULDER: mesh_shape(shoulder, SHOULDER, black)}
+    return found
 
 
 def _environment(rig: Rig) -> dict[str, Any]:
