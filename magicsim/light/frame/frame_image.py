@@ -22,8 +22,8 @@ from magicsim.light.backend import dr
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_camera
 from magicsim.light.transport.light_field import LightField, total
-from magicsim.light.transport.light_pass import FIXED_POINT, sum_tracks
-from magicsim.light.transport.light_starts import ROUND_OBJECT, LightStarts, Sent, chunks
+from magicsim.light.transport.light_pass import sum_tracks
+from magicsim.light.transport.light_starts import FIXED_POINT, ROUND_OBJECT, LightStarts, Sent, chunks
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.streams import PASSING, PASSING_ON_OBJECT, SEEDS_PER_RENDER
 from magicsim.light.world.loaded_scene import Outside

@@ -20,8 +20,8 @@ from magicsim.light.frame.anchored_light import Expected, anchored_light, contac
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_light
 from magicsim.light.transport.light_field import LightField, total
-from magicsim.light.transport.light_pass import FIXED_POINT, Tracks
-from magicsim.light.transport.light_starts import LightStarts, Sent, chunks
+from magicsim.light.transport.light_pass import Tracks
+from magicsim.light.transport.light_starts import FIXED_POINT, LightStarts, Sent, chunks
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.streams import ROOM_BACK, SEEDS_PER_RENDER
 from magicsim.light.world.loaded_scene import Outside

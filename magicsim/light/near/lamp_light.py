@@ -18,8 +18,8 @@ from magicsim.light.near.near_object import radiance_of
 from magicsim.light.near.ports import BELOW_MM, Ports, rays_along
 from magicsim.light.records.recorded_paths import WEIGHT, RecordedPaths
 from magicsim.light.transport.light_field import LightField
-from magicsim.light.transport.light_pass import FIXED_POINT, sum_tracks
-from magicsim.light.transport.light_starts import ROOM_PART, LightStarts, chunks
+from magicsim.light.transport.light_pass import sum_tracks
+from magicsim.light.transport.light_starts import FIXED_POINT, ROOM_PART, LightStarts, chunks
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.world.loaded_scene import Outside
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
@@ -165,5 +165,4 @@ def _shade(world: LitWorld, outside: Outside, particles: int, seed: int) -> Ligh
     tracks = [world.light_pass(each.some(kept)) for each, kept in hidden if len(kept)]
     if not tracks:
         return world.darkness()
-    found, scale = sum_tracks(tracks), 1 / (FIXED_POINT * particles)
-    return world.deposited(found.cells[0] * scale, found.body[0] * scale, found.landed[0] * scale)
+    return world.brought(sum_tracks(tracks), 1 / (FIXED_POINT * particles))

@@ -24,8 +24,7 @@ from magicsim.light.near.ports import Ports, rays_along
 from magicsim.light.records.recorded_paths import MOMENTS, WEIGHT, RecordedPaths, record_paths
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.transport.light_field import LightField, total
-from magicsim.light.transport.light_pass import FIXED_POINT
-from magicsim.light.transport.light_starts import LightStarts
+from magicsim.light.transport.light_starts import FIXED_POINT, LightStarts
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.path_record import PathRecord
 from magicsim.light.transport.path_starts import ObjectStarts

@@ -9,7 +9,6 @@ from magicsim.light.backend import dr, in_rows
 from magicsim.light.records.recorded_paths import RecordedPaths, record_paths
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.transport.light_field import LightField, total
-from magicsim.light.transport.light_pass import FIXED_POINT
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.path_record import PathRecord, Regions
 from magicsim.light.transport.path_starts import CameraStarts, ObjectStarts
@@ -102,5 +101,4 @@ def follow_light(world: LitWorld, outside: Outside, light: RecordedLight, *, see
     starts = light.met(outside, seed=SEEDS_PER_RENDER * seed + LIGHT_BACK)
     if starts is None:
         return world.darkness(outside)
-    tracks, scale = world.light_pass(starts, outside=outside), 1 / (FIXED_POINT * light.particles)
-    return world.deposited(tracks.cells[0] * scale, tracks.body[0] * scale, tracks.landed[0] * scale, outside)
+    return world.brought(world.light_pass(starts, outside=outside), 1 / (light.steps * light.particles), outside)

@@ -25,14 +25,15 @@ from magicsim.light.transport.cached_light import (
 from magicsim.light.transport.camera_pass import gather_radiance
 from magicsim.light.transport.coat_light import CoatSolver
 from magicsim.light.transport.light_field import LightField, total
-from magicsim.light.transport.light_pass import FIXED_POINT, Tracks, deposit_tracks, sum_tracks
-from magicsim.light.transport.light_starts import ROOM_PART, ROUND_OBJECT, LightStarts, Sent, chunks
+from magicsim.light.transport.light_pass import Tracks, deposit_tracks, sum_tracks
+from magicsim.light.transport.light_starts import ROOM_PART, ROUND_OBJECT, LightStarts, Sent, chunks, steps_of
 from magicsim.light.transport.path_record import PathRecord
 from magicsim.light.transport.path_starts import CameraStarts, ObjectStarts, PathStarts, object_rays
 from magicsim.light.transport.recorded_light import LightRecord
 from magicsim.light.transport.streams import COAT, ON_OBJECT, ROOM_ON_OBJECT, SEEDS_PER_RENDER
 from magicsim.light.world.coated_face import CoatLight
 from magicsim.light.world.inventory import Inventory
+from magicsim.light.world.lamp_shapes import brightest_weight
 from magicsim.light.world.loaded_scene import Outside, World
 from magicsim.light.world.medium import Constants, Media
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
@@ -136,7 +137,9 @@ class LitWorld(World):
                 for chunk in chunks(sent)
             ]
         )
-        scales = 1 / (FIXED_POINT * np.array(list(lit.values()), float)[:, None, None])
+        steps = {each.place: each.steps for each in sent}
+        counts = [steps[place] * count for place, count in enumerate(lit.values())]
+        scales = 1 / np.array(counts, float)[:, None, None]
         # One product for all lights: reading the kernel costs more than using it.
         irradiance = self.inventory.irradiance(shapes, np.concatenate(list(tracks.landed * scales), 1))
         fluence, body = tracks.cells * scales / self.inventory.volumes_mm3(), tracks.body * scales
@@ -147,6 +150,10 @@ class LitWorld(World):
             for place, name in enumerate(lit)
         }
 
+    def brought(self, tracks: Tracks, scale: float, outside: Outside | None = None) -> LightField:
+        """The light field of what particles of one light left behind, each step of which counts as much as `scale`."""
+        return self.deposited(tracks.cells[0] * scale, tracks.body[0] * scale, tracks.landed[0] * scale, outside)
+
     def deposited(self, cells: Array, body: Array, landed: Array, outside: Outside | None = None) -> LightField:
         """The light field of what particles left behind: flux x path length in cells and voxels, flux on triangles."""
         irradiance = self.inventory.irradiance(self.inventory.shapes(outside), landed)
@@ -155,9 +162,10 @@ class LitWorld(World):
     def sent(self, name: str, count: int, *, seed: int, place: int = 0, outside: Outside | None = None) -> list[Sent]:
         """What one light sends out: the room one beam, and a second one with fewer particles around an object."""
         stream = SEEDS_PER_RENDER * seed + 1 + self.inventory.lights(outside).index(name)
-        first = Sent(self.inventory.emitter(name, outside), 0, count, stream, name in self._inside, place)
+        emitter = self.inventory.emitter(name, outside)
+        first = Sent(emitter, 0, count, stream, name in self._inside, place)
         if name != ENVIRONMENT:
-            return [first]
+            return [first._replace(steps=steps_of(brightest_weight(emitter)))]
         fewer = max(1, round(ROUND_OBJECT * count))
         around = first._replace(particles=fewer, seed=SEEDS_PER_RENDER * seed + ROOM_ON_OBJECT, weight=count / fewer)
         parts = zip((first, around), self.inventory.beams(outside), strict=False)
@@ -210,13 +218,14 @@ class LitWorld(World):
 
         The last is what ended paths still carried less what roulette gave to others, zero in the mean.
         """
-        starts = LightStarts.emitted([each._replace(seed=seed) for each in self.sent(name, particles, seed=0)])
+        sent = [each._replace(seed=seed) for each in self.sent(name, particles, seed=0)]
+        starts = LightStarts.emitted(sent)
         media = self.media.reduced
         tracks = self._tracks(starts, media, balance=True)
         account = tracks.balance
         assert account is not None
         scattered = media.infill.sigma_a * tracks.cells.sum() + media.body.sigma_a * tracks.body.sum()
-        absorbed = scattered / FIXED_POINT + account.clear_body.sum() + account.surfaces.sum()
+        absorbed = scattered / sent[0].steps + account.clear_body.sum() + account.surfaces.sum()
         return {
             "emitted": float(account.emitted.sum()),
             "absorbed": float(absorbed),

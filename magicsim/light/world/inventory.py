@@ -14,22 +14,11 @@ from magicsim.light.backend import aligned, mi
 from magicsim.light.cells.cell_faces import CellFaces, cell_faces
 from magicsim.light.cells.cell_topology import CellTopology
 from magicsim.light.flaws.scatterers import HeldScatterers
+from magicsim.light.world import names
 from magicsim.light.world.coated_face import CoatedFace
 from magicsim.light.world.coating import FaceCoating
 from magicsim.light.world.irradiance import SMOOTHING_MM, IrradianceKernel, irradiance_kernel, widened
 from magicsim.light.world.loaded_scene import Outside
-from magicsim.light.world.names import (
-    BODY,
-    ENVIRONMENT,
-    FLASHLIGHT,
-    GHOST,
-    HOUSING,
-    INFILL,
-    OBJECT,
-    PLACE,
-    SHELL,
-    SHOULDER,
-)
 from magicsim.light.world.room_light import Beam, room_beams, surroundings
 from magicsim.light.world.shapes import Shapes, lights, mesh_of, shape_named, wetted
 from magicsim.scenes.rig import Rig
@@ -68,7 +57,7 @@ class Inventory:
 
         The object is in its own frame: its smoothing must not depend on the pose that is rendered first.
         """
-        self._scene, self._body, self._infill = scene, block[BODY], block.get(INFILL)
+        self._scene, self._body, self._infill = scene, block[names.BODY], block.get(names.INFILL)
         self.environment = surroundings(scene.environment(), rig)
         """What shines from all around, or None."""
         self._object_mesh = own_mesh
@@ -86,7 +75,7 @@ class Inventory:
         return Shapes(
             body=self._body,
             infill=self._infill,
-            object=outside.object if outside is not None else shape_named(self._scene, OBJECT),
+            object=outside.object if outside is not None else shape_named(self._scene, names.OBJECT),
             triangles_per_cell=self._triangles_per_cell,
             faces=grid.faces if grid is not None else None,
             openings=self._openings,
@@ -121,9 +110,7 @@ class Inventory:
         cells = len(mesh.faces) // self._triangles_per_cell
         if self._fused is not None:
             mesh, pairs = SurfaceMesh(vertices=mesh.vertices, faces=self._fused.closed), self._fused.pairs
-        # The housing stands around the block, so that its box tells nothing.
-        known = {BODY, INFILL, PLACE, OBJECT, GHOST, HOUSING, SHELL, SHOULDER}
-        alone = not any(box.overlaps(shape.bbox()) for shape in self._scene.shapes() if shape.id() not in known)
+        alone = not any(box.overlaps(shape.bbox()) for shape in self._scene.shapes() if shape.id() not in names.AROUND_CELLS)
         return GridState(
             mesh=mesh,
             cells=cells,
@@ -161,27 +148,29 @@ class Inventory:
 
     def lights(self, outside: Outside | None = None) -> list[str]:
         """Names of the lights, the flashlight from outside if one is there."""
-        return lights(self._scene) + ([FLASHLIGHT] if outside is not None and outside.flashlight is not None else [])
+        is_there = outside is not None and outside.flashlight is not None
+        return lights(self._scene) + ([names.FLASHLIGHT] if is_there else [])
 
     def emitter(self, name: str, outside: Outside | None = None) -> Any:
         """The emitter of a light by its name."""
-        if outside is not None and name == FLASHLIGHT:
+        if outside is not None and name == names.FLASHLIGHT:
             return outside.flashlight.emitter()
-        return self.environment if name == ENVIRONMENT else shape_named(self._scene, name).emitter()
+        return self.environment if name == names.ENVIRONMENT else shape_named(self._scene, name).emitter()
 
     def beams(self, outside: Outside | None = None) -> list[Beam]:
         """The beams in which light of the room comes, see `room_beams`."""
-        moving = {OBJECT, GHOST, FLASHLIGHT}
+        moving = {names.OBJECT, names.GHOST, names.FLASHLIGHT}
         boxes = {shape.id(): shape.bbox() for shape in self._scene.shapes()}
         sensor = mi.ScalarBoundingBox3f()
         for name, box in boxes.items():
             if name not in moving:
                 sensor.expand(box)
-        target = outside.object.bbox() if outside is not None and outside.object is not None else boxes.get(OBJECT)
+        there = outside.object if outside is not None else None
+        target = there.bbox() if there is not None else boxes.get(names.OBJECT)
         others = [box for name, box in boxes.items() if name in moving]
         if outside is not None:
             others.append(outside.scene.bbox())
-        return room_beams(sensor, boxes[PLACE], boxes.get(HOUSING), target, others)
+        return room_beams(sensor, boxes[names.PLACE], boxes.get(names.HOUSING), target, others)
 
     def _kernel(self, shapes: Shapes, doublings: int = 0) -> IrradianceKernel:
         present = shapes.object is not None

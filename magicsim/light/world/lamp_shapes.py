@@ -136,6 +136,13 @@ class LobeLight(mi.Emitter):  # type: ignore[misc]
 mi.register_emitter("lobe", LobeLight)
 
 
+def brightest_weight(emitter: Any) -> float:
+    """Weight of a particle of a surface that shines, in its brightest channel: its flux [mm2]."""
+    exponent = float(emitter.exponent) if isinstance(emitter, LobeLight) else 1.0
+    radiance = np.array(mi.traverse(emitter)["radiance.value"], float).max()
+    return float(radiance * np.array(emitter.get_shape().surface_area()).max() * 2 * np.pi / (exponent + 1))
+
+
 def disks(centres_mm: Array, axis: Array, radius_mm: float) -> SurfaceMesh:
     """Flat disks that face along an axis, each a regular polygon of the circle's area."""
     u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])

@@ -18,3 +18,5 @@ MARKERS = "markers"
 RING = "ring"
 GROUPED = f"{BLOCK}."
 """Before the name of a shape of the block in the parameters of a scene that groups them."""
+AROUND_CELLS = frozenset({BODY, INFILL, PLACE, OBJECT, GHOST, HOUSING, SHELL, SHOULDER})
+"""Shapes that never reach into the grid, though their boxes overlap with it."""

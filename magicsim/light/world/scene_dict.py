@@ -12,25 +12,10 @@ from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import mi
 from magicsim.light.flaws.scatterers import scatterer_entries
+from magicsim.light.world import names
 from magicsim.light.world.finish import COLORS, Finish
 from magicsim.light.world.lamp_shapes import annulus, lamp_entries, marker_bsdf, marker_disks
 from magicsim.light.world.materials import face_bsdf, face_places, interface_bsdf, parted
-from magicsim.light.world.names import (
-    BLOCK,
-    BODY,
-    ENVIRONMENT,
-    FACE,
-    FLASHLIGHT,
-    GHOST,
-    HOUSING,
-    INFILL,
-    MARKERS,
-    OBJECT,
-    PLACE,
-    RING,
-    SHELL,
-    SHOULDER,
-)
 from magicsim.light.world.room_light import room_sphere
 from magicsim.scenes.refusals import housing_mm, opening_mm
 from magicsim.scenes.rig import INSET_MM, LedStrip, Rig
@@ -57,7 +42,7 @@ class WorldContent:
     @property
     def object_name(self) -> str:
         """Name of the object's shape: a ghost is none that the estimator knows."""
-        return GHOST if self.object_finish.is_ghost else OBJECT
+        return names.GHOST if self.object_finish.is_ghost else names.OBJECT
 
 
 def lights_inside(rig: Rig) -> list[str]:
@@ -74,8 +59,8 @@ def lights_off(rig: Rig) -> list[str]:
     """Names of the lights whose radiance is 0: they are there, reflect, and send out nothing."""
     off = [_strip_name(index) for index, strip in enumerate(rig.strips) if not any(strip.radiance)]
     off += [f"led{index}" for index, led in enumerate(rig.leds) if not any(led.radiance)]
-    off += [RING] if rig.ring is not None and not any(rig.ring.radiance) else []
-    return off if any(rig.flashlight.radiance) else [*off, FLASHLIGHT]
+    off += [names.RING] if rig.ring is not None and not any(rig.ring.radiance) else []
+    return off if any(rig.flashlight.radiance) else [*off, names.FLASHLIGHT]
 
 
 def _strip_name(index: int) -> str:
@@ -106,14 +91,14 @@ def block_shapes(elastomer: Elastomer, rig: Rig, *, for_paths: bool = False) -> 
         body, face = parted(elastomer)
         material, texture = face_bsdf(elastomer), face_places(elastomer)
         face = replace(face, vertices=placed)
-        shapes[FACE] = mesh_shape(face, FACE, material, interior=body_medium, texture=texture)
-    shapes[BODY] = mesh_shape(replace(body, vertices=placed), BODY, bare, interior=body_medium)
+        shapes[names.FACE] = mesh_shape(face, names.FACE, material, interior=body_medium, texture=texture)
+    shapes[names.BODY] = mesh_shape(replace(body, vertices=placed), names.BODY, bare, interior=body_medium)
     if elastomer.infill is not None and materials.infill is not None:
         infill, medium, cells, fused = materials.infill, medium_of(materials.infill), elastomer.infill, elastomer.fused
         if fused is not None:
             cells = replace(cells, faces=fused.without_membranes if for_paths else fused.faces)
         walls = interface_bsdf(infill.ior, materials.body.ior, roughness.walls, top_mm) if for_paths else UNASKED
-        shapes[INFILL] = mesh_shape(cells, INFILL, walls, interior=medium, exterior=body_medium)
+        shapes[names.INFILL] = mesh_shape(cells, names.INFILL, walls, interior=medium, exterior=body_medium)
         if for_paths and elastomer.inclusions is not None:
             inclusions = elastomer.inclusions.placed(elastomer.infill.vertices)
             reflectance = elastomer.design.inclusions.flake_reflectance
@@ -127,7 +112,10 @@ def in_group(shapes: dict[str, Any]) -> dict[str, Any]:
     The renderer builds the tree of a group faster than that of a scene, in which it splits triangles: of 190,000
     triangles in 60 to 90 instead of 170 to 230 ms. Rays through the block then take a tenth to a quarter longer.
     """
-    return {BLOCK: {"type": "shapegroup", **shapes}, PLACE: {"type": "instance", "group": {"type": "ref", "id": BLOCK}}}
+    return {
+        names.BLOCK: {"type": "shapegroup", **shapes},
+        names.PLACE: {"type": "instance", "group": {"type": "ref", "id": names.BLOCK}},
+    }
 
 
 def scene_dict(
@@ -140,11 +128,11 @@ def scene_dict(
     if rig.leds or rig.ring is not None:
         scene |= lamp_entries(rig, elastomer.design.height_mm + rig.lens.thickness_mm)
     if (disks_below := marker_disks(elastomer.design)) is not None:
-        scene[MARKERS] = mesh_shape(disks_below, MARKERS, marker_bsdf(elastomer.design))
+        scene[names.MARKERS] = mesh_shape(disks_below, names.MARKERS, marker_bsdf(elastomer.design))
     if content.flashlight:
-        scene[FLASHLIGHT] = flashlight_entry(rig)
+        scene[names.FLASHLIGHT] = flashlight_entry(rig)
     if content.furnace:
-        scene[ENVIRONMENT] = {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}}
+        scene[names.ENVIRONMENT] = {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}}
     elif max(rig.room_light) > 0 and not elastomer.design.is_opaque:
         scene |= _room(elastomer, rig, for_paths=for_paths)
     if content.object_mesh is not None:
@@ -277,13 +265,13 @@ def _room(elastomer: Elastomer, rig: Rig, *, for_paths: bool) -> dict[str, Any]:
         return {"type": "cylinder", "p0": [0, 0, low], "p1": [0, 0, high], "radius": radius, "bsdf": black}
 
     found = {
-        ENVIRONMENT: far if near_mm is None or not for_paths else room_sphere(far, near_mm),
-        HOUSING: wall(0, top if radius == opening else RIM_MM, opening),
+        names.ENVIRONMENT: far if near_mm is None or not for_paths else room_sphere(far, near_mm),
+        names.HOUSING: wall(0, top if radius == opening else RIM_MM, opening),
         "lid": {"type": "disk", "to_world": lid, "bsdf": black},
     }
     if radius > opening:
         shoulder = annulus((opening + radius) / 2, radius - opening, RIM_MM)
-        found |= {SHELL: wall(RIM_MM, top, radius), SHOULDER: mesh_shape(shoulder, SHOULDER, black)}
+        found |= {names.SHELL: wall(RIM_MM, top, radius), names.SHOULDER: mesh_shape(shoulder, names.SHOULDER, black)}
     return found
 
 

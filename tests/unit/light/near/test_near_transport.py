@@ -10,8 +10,7 @@ from magicsim.light.near.lamp_light import LampLight
 from magicsim.light.near.near_object import NearObject, radiance_of
 from magicsim.light.near.near_transport import NearTransport, follow_ports
 from magicsim.light.near.near_views import NearViews
-from magicsim.light.transport.light_pass import FIXED_POINT
-from magicsim.light.transport.light_starts import LightStarts
+from magicsim.light.transport.light_starts import FIXED_POINT, LightStarts
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.names import ENVIRONMENT
 from magicsim.scenes.scene import load_scene
