@@ -20,12 +20,11 @@ from magicsim.arrays import Array, FloatImage, Mask, Numbers
 from magicsim.camera.camera import Window
 from magicsim.light.backend import dr
 from magicsim.light.records.untouched import Untouched
-from magicsim.light.records.untouched_passes import follow_camera
 from magicsim.light.transport.light_field import LightField, total
 from magicsim.light.transport.light_pass import sum_tracks
 from magicsim.light.transport.light_starts import FIXED_POINT, ROUND_OBJECT, LightStarts, Sent, chunks
 from magicsim.light.transport.lit_world import LitWorld
-from magicsim.light.transport.streams import PASSING, PASSING_ON_OBJECT, SEEDS_PER_RENDER
+from magicsim.light.transport.streams import MIRRORED, PASSING, PASSING_ON_OBJECT, SEEDS_PER_RENDER
 from magicsim.light.world.loaded_scene import Outside
 from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.room_light import PassingLight, PassingPart
@@ -175,8 +174,8 @@ class Look:
             if outside.is_there:
                 seen += paths.seen_outside(None, outside, field.irradiance, finish, pixels, room=passing)
         seen += paths.mirrored(
-            outside, finish, pixels, lambda starts: follow_camera(
-                world, outside, starts, field, seed=self.seed, room=passing
+            outside, finish, pixels, lambda starts: world.camera_pass(
+                field, starts, stream=SEEDS_PER_RENDER * self.seed + MIRRORED, outside=outside, room=passing
             ), samples=MIRRORED_PER_SAMPLE * self.samples, seed=self.seed,
         )  # fmt: skip
         return np.asarray(seen if passing is not None else np.maximum(rest.image.reshape(-1, 3)[pixels] + seen, 0))

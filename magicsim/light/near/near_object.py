@@ -19,7 +19,8 @@ from magicsim.light.world.irradiance import IrradianceKernel, blended_kernel
 from magicsim.light.world.medium import leave
 from magicsim.light.world.names import OBJECT, PLACE
 from magicsim.light.world.room_light import missed
-from magicsim.light.world.scene_dict import in_group, mesh_shape
+from magicsim.light.world.scene_dict import in_group
+from magicsim.light.world.shapes import mesh_shape
 
 FAR_MM = 5.0
 """Gap from which pixels look at the object along all their rays."""

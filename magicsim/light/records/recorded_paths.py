@@ -24,8 +24,8 @@ from magicsim.light.world.loaded_scene import Outside
 from magicsim.light.world.medium import leave
 from magicsim.light.world.room_light import missed
 
-Follow = Callable[[ObjectStarts], Array]
-"""Radiance that mirrored paths meet, shape (paths, 3)."""
+Follow = Callable[[ObjectStarts], Any]
+"""Radiance that mirrored paths meet, mi.Color3f."""
 FEW_SEGMENTS = 9
 """Room at first for the ways of one path that scatter: in the mean it has 4.4, 6.4, 7.1 at cells of 1, 0.8, 0.6 mm."""
 BOX_SLACK = 1e-3
@@ -159,7 +159,7 @@ class RecordedPaths:
         starts = ObjectStarts.of(
             dr.gather(mi.UInt32, numbers, kept), rays, dr.gather(mi.Float, weight, kept), mi.Bool(False)
         )
-        met = follow(starts) * (stride / self.samples)
+        met = in_rows(follow(starts)) * (stride / self.samples)
         at = place[self.owner[chosen[np.array(kept)]]]
         return np.stack([np.bincount(at, met[:, channel], len(pixels)) for channel in range(3)], 1)
 

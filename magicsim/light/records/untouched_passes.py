@@ -1,7 +1,5 @@
 """Both passes in the untouched block: record what they meet and what leaves it, and follow what things send back."""
 
-from typing import Any
-
 import numpy as np
 
 from magicsim.arrays import Array
@@ -11,9 +9,9 @@ from magicsim.light.records.untouched import Untouched
 from magicsim.light.transport.light_field import LightField, total
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.path_record import PathRecord, Regions
-from magicsim.light.transport.path_starts import CameraStarts, ObjectStarts
+from magicsim.light.transport.path_starts import CameraStarts
 from magicsim.light.transport.recorded_light import LightRecord, RecordedLight
-from magicsim.light.transport.streams import LIGHT_BACK, MIRRORED, SEEDS_PER_RENDER
+from magicsim.light.transport.streams import LIGHT_BACK, SEEDS_PER_RENDER
 from magicsim.light.world.loaded_scene import Outside
 from magicsim.light.world.names import ENVIRONMENT
 
@@ -85,15 +83,6 @@ def recorded_paths(
 
     centres = world.elements(dark).centres_mm
     return record_paths(trace, pixels=pixels, centres_mm=centres, samples=samples, regions=regions)
-
-
-def follow_camera(
-    world: LitWorld, outside: Outside, starts: ObjectStarts, field: LightField, *, seed: int, room: Any = None
-) -> Array:
-    """Radiance that paths meet from where something outside has mirrored them on, shape (paths, 3)."""
-    stream = SEEDS_PER_RENDER * seed + MIRRORED
-    seen = world.camera_pass(field, starts, stream=stream, outside=outside, room=room)
-    return in_rows(seen)
 
 
 def follow_light(world: LitWorld, outside: Outside, light: RecordedLight, *, seed: int) -> LightField:

@@ -43,20 +43,6 @@ SEQUENCE = 2**32
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Balance:
-    """Flux of each channel, shape (3,), summed over a chunk's particles."""
-
-    emitted: Array
-    clear_body: Array
-    """Absorbed in body and lens plate where they are clear; what scatters absorbs sigma_a times its track lengths."""
-    surfaces: Array
-    """Absorbed by object and LED strips."""
-    escaped: Array
-    ended: Array
-    """Lost with paths that were ended, less what roulette gave to others: zero in the mean."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Tracks:
     """What particles left behind: flux times the steps of their light times the number of all of them, as integers."""
 
@@ -66,8 +52,9 @@ class Tracks:
     """Flux x path length in each voxel of the body, shape (lights, voxels, 3) [mm]; one voxel where it is clear."""
     landed: Counts
     """Flux on each of the object's triangles, shape (lights, triangles, 3)."""
-    balance: Balance | None
-    """Where the light went, if that was asked for."""
+    balance: dict[str, Array] | None = None
+    """Flux of each channel, shape (3,), summed over a chunk's particles: `emitted`, absorbed in a `clear_body` and by
+    `surfaces`, `escaped`, and `ended`; if that was asked for."""
 
 
 def sum_tracks(parts: Sequence[Tracks]) -> Tracks:
@@ -76,7 +63,6 @@ def sum_tracks(parts: Sequence[Tracks]) -> Tracks:
         cells=_added([part.cells for part in parts]),
         body=_added([part.body for part in parts]),
         landed=_added([part.landed for part in parts]),
-        balance=None,
     )
 
 
@@ -243,5 +229,5 @@ def deposit_tracks(
         cells=np.array(deposits)[: 3 * lights * sizes[0]].reshape(lights, -1, 3),
         body=np.array(clouded)[: 3 * lights * sizes[1]].reshape(lights, -1, 3),
         landed=np.array(landed)[: 3 * lights * sizes[2]].reshape(lights, -1, 3),
-        balance=Balance(**dict(zip(names, account, strict=True))) if balance else None,
+        balance=dict(zip(names, account, strict=True)) if balance else None,
     )

@@ -207,36 +207,10 @@ class LitWorld(World):
 
     def light_pass(
         self, starts: LightStarts, *, lights: int = 1, outside: Outside | None = None,
-        record: LightRecord | None = None,
+        record: LightRecord | None = None, media: Media | None = None, balance: bool = False,
     ) -> Tracks:  # fmt: skip
-        """What particles leave behind."""
-        media = self.media if self._followed else self.media.reduced
-        return self._tracks(starts, media, lights=lights, outside=outside, record=record)
-
-    def balance(self, name: str, *, particles: int, seed: int) -> dict[str, float]:
-        """Where the flux of one light goes, summed over channels: `emitted`, `absorbed`, `escaped`, and `ended`.
-
-        The last is what ended paths still carried less what roulette gave to others, zero in the mean.
-        """
-        sent = [each._replace(seed=seed) for each in self.sent(name, particles, seed=0)]
-        starts = LightStarts.emitted(sent)
-        media = self.media.reduced
-        tracks = self._tracks(starts, media, balance=True)
-        account = tracks.balance
-        assert account is not None
-        scattered = media.infill.sigma_a * tracks.cells.sum() + media.body.sigma_a * tracks.body.sum()
-        absorbed = scattered / sent[0].steps + account.clear_body.sum() + account.surfaces.sum()
-        return {
-            "emitted": float(account.emitted.sum()),
-            "absorbed": float(absorbed),
-            "escaped": float(account.escaped.sum()),
-            "ended": float(account.ended.sum()),
-        }
-
-    def _tracks(
-        self, starts: LightStarts, media: Media, *, lights: int = 1, outside: Outside | None = None,
-        record: LightRecord | None = None, balance: bool = False,
-    ) -> Tracks:  # fmt: skip
+        """What particles leave behind; `balance` keeps account of where their light goes."""
+        media = media or (self.media if self._followed else self.media.reduced)
         depths = [medium.sigma_s * medium.reduced.sigma_s * media.top_mm**2 for medium in (media.body, media.infill)]
         scene, shapes = self._traced(outside)
         tracks: Tracks = deposit_tracks(
@@ -244,6 +218,19 @@ class LitWorld(World):
             max_depth=int(LIGHT_DEPTH + DIFFUSION * max(depths)), balance=balance, record=record,
         )  # fmt: skip
         return tracks
+
+    def balance(self, name: str, *, particles: int, seed: int) -> dict[str, float]:
+        """Where the flux of one light goes, summed over channels: `emitted`, `absorbed`, `escaped`, and `ended`.
+
+        The last is what ended paths still carried less what roulette gave to others, zero in the mean.
+        """
+        sent, media = [each._replace(seed=seed) for each in self.sent(name, particles, seed=0)], self.media.reduced
+        tracks = self.light_pass(LightStarts.emitted(sent), media=media, balance=True)
+        assert tracks.balance is not None
+        account = {kind: float(flux.sum()) for kind, flux in tracks.balance.items()}
+        scattered = media.infill.sigma_a * tracks.cells.sum() + media.body.sigma_a * tracks.body.sum()
+        absorbed = float(scattered) / sent[0].steps + account["clear_body"] + account["surfaces"]
+        return {kind: account[kind] for kind in ("emitted", "escaped", "ended")} | {"absorbed": absorbed}
 
     def _traced(self, outside: Outside | None, room: Any = None) -> tuple[Any, Shapes]:
         """Scene that a pass follows its rays in, and its shapes by their role."""
@@ -320,19 +307,15 @@ class LitWorld(World):
 
     def elements(self, field: LightField) -> Elements:
         """Light in the cells and then in the voxels of a body that scatters, as camera paths look it up."""
-        parts, part = [self._cells(field)], self.body_part()
-        if self.voxels is not None and part is not None:
-            parts.append(body_elements(field.body, part, self.voxels))
-        return Elements(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+        return Elements(*(np.concatenate(each) for each in zip(*self._elements(field), strict=True)))
 
-    def _cells(self, field: LightField) -> Elements:
-        grid = self.inventory.grid()
-        return cell_elements(field.fluence, grid.centres_mm if grid is not None else None, self.counts)
+    def _elements(self, field: LightField) -> list[Elements]:
+        grid, part = self.inventory.grid(), self.body_part()
+        cells = cell_elements(field.fluence, grid.centres_mm if grid is not None else None, self.counts)
+        return [cells] if self.voxels is None or part is None else [cells, body_elements(field.body, part, self.voxels)]
 
     def _cached(self, field: LightField, *, is_change: bool, steps: int) -> CachedLight:
-        part, body = self.body_part(), None
-        if self.voxels is not None and part is not None:
-            elements = body_elements(field.body, part, self.voxels)
-            body = VoxelField(voxels=self.voxels, field=Piecewise.of(elements, is_change=is_change), steps=steps)
-        cells = Piecewise.of(self._cells(field), is_change=is_change)
-        return CachedLight(cells=cells, body=body, irradiance=flat(field.irradiance))
+        cells, *body = (Piecewise.of(each, is_change=is_change) for each in self._elements(field))
+        voxels = self.voxels
+        inside = VoxelField(voxels=voxels, field=body[0], steps=steps) if voxels is not None else None
+        return CachedLight(cells=cells, body=inside, irradiance=flat(field.irradiance))

@@ -110,7 +110,8 @@ class Inventory:
         cells = len(mesh.faces) // self._triangles_per_cell
         if self._fused is not None:
             mesh, pairs = SurfaceMesh(vertices=mesh.vertices, faces=self._fused.closed), self._fused.pairs
-        alone = not any(box.overlaps(shape.bbox()) for shape in self._scene.shapes() if shape.id() not in names.AROUND_CELLS)
+        others = [shape for shape in self._scene.shapes() if shape.id() not in names.AROUND_CELLS]
+        alone = not any(box.overlaps(shape.bbox()) for shape in others)
         return GridState(
             mesh=mesh,
             cells=cells,

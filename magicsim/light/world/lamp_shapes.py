@@ -10,6 +10,7 @@ from magicsim.geometry.markers import DotMarkers
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr, mi
 from magicsim.light.world.names import RING
+from magicsim.light.world.shapes import matt, mesh_shape, shining
 from magicsim.scenes.rig import LedRing, Rig
 
 SIDES = 24
@@ -59,21 +60,8 @@ def annulus(radius_mm: float, width_mm: float, z: float) -> SurfaceMesh:
 
 
 def _emitting(mesh: SurfaceMesh, name: str, radiance: tuple[float, float, float], lobe: float) -> Any:
-    properties = mi.Properties()
-    kind = "area" if lobe == 1 else "lobe"
-    light: dict[str, Any] = {"type": kind, "radiance": {"type": "rgb", "value": list(radiance)}}
-    if lobe != 1:
-        light["exponent"] = lobe
-    properties["emitter"] = mi.load_dict(light)
-    properties["bsdf"] = mi.load_dict({"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}})
-    properties["face_normals"] = True
-    shape = mi.Mesh(name, len(mesh.vertices), len(mesh.faces), props=properties)
-    parameters = mi.traverse(shape)
-    parameters["vertex_positions"] = np.ascontiguousarray(mesh.vertices, np.float32).ravel()
-    parameters["faces"] = np.ascontiguousarray(mesh.faces, np.uint32).ravel()
-    parameters.update()
-    shape.set_id(name)
-    return shape
+    light = shining(radiance) if lobe == 1 else shining(radiance, "lobe", exponent=lobe)
+    return mesh_shape(mesh, name, matt(0.0), emitter=mi.load_dict(light))
 
 
 class LobeLight(mi.Emitter):  # type: ignore[misc]
@@ -173,5 +161,4 @@ def marker_bsdf(design: ElastomerDesign) -> dict[str, Any]:
     """Entry of their material in a scene's dictionary."""
     assert design.markers is not None
     color = design.markers.color if isinstance(design.markers, DotMarkers) else (0.0, 0.0, 0.0)
-    diffuse = {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(color)}}
-    return {"type": "twosided", "bsdf": diffuse}
+    return {"type": "twosided", "bsdf": matt(list(color))}

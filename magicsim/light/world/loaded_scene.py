@@ -27,11 +27,10 @@ from magicsim.light.world.scene_dict import (
     flashlight_entry,
     flashlight_place,
     in_group,
-    mesh_shape,
     scene_dict,
     with_lens,
 )
-from magicsim.light.world.shapes import lights, shape_named
+from magicsim.light.world.shapes import lights, mesh_shape, shape_named
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.timeline import View
 

@@ -13,10 +13,11 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import mi
 from magicsim.light.flaws.scatterers import scatterer_entries
 from magicsim.light.world import names
-from magicsim.light.world.finish import COLORS, Finish
+from magicsim.light.world.finish import Finish
 from magicsim.light.world.lamp_shapes import annulus, lamp_entries, marker_bsdf, marker_disks
 from magicsim.light.world.materials import face_bsdf, face_places, interface_bsdf, parted
 from magicsim.light.world.room_light import room_sphere
+from magicsim.light.world.shapes import matt, mesh_shape, shining
 from magicsim.scenes.refusals import housing_mm, opening_mm
 from magicsim.scenes.rig import INSET_MM, LedStrip, Rig
 from magicsim.scenes.room import room_radiance
@@ -140,32 +141,6 @@ def scene_dict(
     return scene
 
 
-def mesh_shape(
-    mesh: SurfaceMesh, name: str, bsdf: dict[str, Any], *, interior: Any = None, exterior: Any = None,
-    texture: Array | None = None,
-) -> Any:  # fmt: skip
-    """A mesh as the renderer's shape; a medium is None where it is clear, texture has shape (vertices, 2)."""
-    properties = mi.Properties()
-    properties["bsdf"] = mi.load_dict(bsdf)
-    properties["face_normals"] = True
-    if interior is not None:
-        properties["interior"] = interior
-    if exterior is not None:
-        properties["exterior"] = exterior
-    textured = texture is not None
-    shape = mi.Mesh(name, len(mesh.vertices), len(mesh.faces), props=properties, has_vertex_texcoords=textured)
-    parameters = mi.traverse(shape)
-    if texture is not None:
-        parameters["vertex_texcoords"] = np.ascontiguousarray(texture, np.float32).ravel()
-    parameters["vertex_positions"] = np.ascontiguousarray(mesh.vertices, np.float32).ravel()
-    parameters["faces"] = np.ascontiguousarray(mesh.faces, np.uint32).ravel()
-    parameters.update()
-    if mesh.colors is not None:
-        shape.add_attribute(COLORS, 3, np.ascontiguousarray(mesh.colors, np.float32).ravel())
-    shape.set_id(name)
-    return shape
-
-
 def medium_of(optics: Optics) -> Any:
     """A material as the renderer's medium, None where it is clear."""
     sigma_t = optics.sigma_s_per_mm + optics.absorption_per_mm
@@ -246,8 +221,8 @@ def _rectangle(
     return {
         "type": "rectangle",
         "to_world": mi.ScalarTransform4f(to_world),
-        "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": reflectance}},
-        "emitter": {"type": "area", "radiance": {"type": "rgb", "value": list(radiance)}},
+        "bsdf": matt(reflectance),
+        "emitter": shining(radiance),
     }
 
 
@@ -258,7 +233,7 @@ def _room(elastomer: Elastomer, rig: Rig, *, for_paths: bool) -> dict[str, Any]:
     """
     opening, (radius, top) = opening_mm(elastomer.design), housing_mm(elastomer.design, rig)
     far, near_mm = _environment(rig), rig.near_mm
-    black = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}}
+    black = {"type": "twosided", "bsdf": matt(0.0)}
     lid = mi.ScalarTransform4f().translate([0, 0, top]).scale([radius, radius, 1])
 
     def wall(low: float, high: float, radius: float) -> dict[str, Any]:
@@ -296,6 +271,6 @@ def flashlight_entry(rig: Rig) -> dict[str, Any]:
     return {
         "type": "disk",
         "to_world": flashlight_place(rig, 0.0),
-        "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}},
-        "emitter": {"type": "area", "radiance": {"type": "rgb", "value": list(rig.flashlight.radiance)}},
+        "bsdf": matt(0.0),
+        "emitter": shining(rig.flashlight.radiance),
     }
