@@ -12,7 +12,7 @@ import numpy as np
 
 from magicsim.arrays import Array, Index
 from magicsim.kernels import kernel
-from magicsim.light.backend import aligned, mi
+from magicsim.light.backend import aligned, flat, mi
 from magicsim.light.cells.cell_topology import FACES, CellTopology, canonical_triangles
 
 NEVER = 2.0
@@ -86,13 +86,13 @@ def cell_faces(vertices: Array, topology: CellTopology, fused: Index | None = No
         neighbours[np.isin(neighbours, fused)] = -1
     return CellFaces(
         parts=topology.parts,
-        patches=mi.Float(aligned(patches, np.float32).ravel()),
+        patches=flat(patches),
         stride=stride,
-        frames=mi.Float(aligned(frames, np.float32).ravel()),
+        frames=flat(frames),
         neighbours=mi.UInt32(aligned(np.where(neighbours < 0, NONE, neighbours), np.uint32).ravel()),
         face_of=mi.UInt32(topology.face_of.astype(np.uint32)),
         triangles=mi.UInt32(topology.triangles.astype(np.uint32).ravel()),
-        normals=mi.Float(aligned(normals, np.float32).ravel()),
+        normals=flat(normals),
     )
 
 

@@ -10,7 +10,7 @@ from magicsim.arrays import Array, Numbers
 from magicsim.camera.camera import Window
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.backend import dr, in_rows, mi
+from magicsim.light.backend import dr, flat, in_rows, mi
 from magicsim.light.transport.cached_light import (
     BodyPart,
     CachedLight,
@@ -20,7 +20,6 @@ from magicsim.light.transport.cached_light import (
     body_elements,
     body_voxels,
     cell_elements,
-    flat,
 )
 from magicsim.light.transport.camera_pass import gather_radiance
 from magicsim.light.transport.coat_light import CoatSolver

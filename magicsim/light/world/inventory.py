@@ -10,10 +10,10 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.backend import aligned, mi
+from magicsim.light.backend import OfMesh, aligned, mi
 from magicsim.light.cells.cell_faces import CellFaces, cell_faces
 from magicsim.light.cells.cell_topology import CellTopology
-from magicsim.light.flaws.scatterers import HeldScatterers
+from magicsim.light.flaws.scatterers import held_scatterers
 from magicsim.light.world import names
 from magicsim.light.world.coated_face import CoatedFace
 from magicsim.light.world.coating import FaceCoating
@@ -63,11 +63,10 @@ class Inventory:
         self._object_mesh = own_mesh
         self._triangles_per_cell = max(elastomer.triangles_per_cell, 1)
         self._topology, self._fused = CellTopology.of(elastomer), (fused := elastomer.fused)
-        self._positions: Any = None
-        self._grid: GridState | None = None
+        self._grid = OfMesh(self._deformed)
         self._kernels: dict[tuple[bool, int], IrradianceKernel] = {}
         self._openings = mi.UInt32(aligned(fused.beyond, np.uint32)) if fused is not None else None
-        self._coating, self._scatterers = FaceCoating.of(elastomer, rig), HeldScatterers.of(elastomer)
+        self._coating, self._scatterers = FaceCoating.of(elastomer, rig), held_scatterers(elastomer)
 
     def shapes(self, outside: Outside | None = None, room: Any = None) -> Shapes:
         """The scene's shapes by their role; the object is from `outside` if something stands there."""
@@ -83,7 +82,7 @@ class Inventory:
             coating=self._coating.on(self._body, self._scene) if self._coating is not None else None,
             environment=self.environment,
             room=room,
-            scatterers=self._scatterers.now(self._infill)[0] if self._scatterers is not None else None,
+            scatterers=self._scatterers.of(self._infill)[0] if self._scatterers is not None else None,
         )
 
     def coated_face(self) -> CoatedFace | None:
@@ -96,14 +95,8 @@ class Inventory:
         Hits are looked for in the cell that a ray is in; in and beside fused cells, and all of them where something may
         reach into the grid, as LED strips do under a thin skin, among all triangles.
         """
-        if self._infill is None:
-            return None
-        positions = mi.traverse(self._infill)["vertex_positions"]
-        # Replaced vertices are another variable. The one kept here stays alive, so that its index is not used again; it
-        # is a handle of our own, because what the mesh hands out follows the mesh.
-        if self._grid is None or self._positions.index != positions.index:
-            self._grid, self._positions = self._deformed(self._infill), mi.Float(positions)
-        return self._grid
+        found: GridState | None = self._grid.of(self._infill) if self._infill is not None else None
+        return found
 
     def _deformed(self, infill: Any) -> GridState:
         mesh, box, pairs = mesh_of(infill), infill.bbox(), None
@@ -124,7 +117,7 @@ class Inventory:
         grid = self.grid()
         if grid is None:
             return np.ones((1, 1))
-        air = self._scatterers.now(self._infill)[1] if self._scatterers is not None else 0.0
+        air = self._scatterers.of(self._infill)[1] if self._scatterers is not None else 0.0
         return np.asarray(grid.volumes_mm3[:, None] - air)
 
     def centres_mm(self) -> Array:
