@@ -13,13 +13,13 @@ import scipy.sparse as sp
 
 from magicsim.arrays import Array, Mask, Numbers
 from magicsim.light.backend import dr, mi
-from magicsim.light.frame.frame_light import is_kept_out
+from magicsim.light.frame.frame_light import kept_out
 from magicsim.light.near.near_object import radiance_of
 from magicsim.light.near.ports import BELOW_MM, Ports, rays_along
 from magicsim.light.records.recorded_paths import WEIGHT, RecordedPaths
 from magicsim.light.transport.light_field import LightField
 from magicsim.light.transport.light_pass import sum_tracks
-from magicsim.light.transport.light_starts import FIXED_POINT, ROOM_PART, LightStarts, chunks
+from magicsim.light.transport.light_starts import FIXED_POINT, ROOM_PART
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.world.loaded_scene import Outside
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
@@ -160,9 +160,8 @@ def _shade(world: LitWorld, outside: Outside, particles: int, seed: int) -> Ligh
     """Light of the room in the untouched block that a lamp alone outside keeps away."""
     if ENVIRONMENT not in world.lights:
         return world.darkness()
-    starts = map(LightStarts.emitted, chunks(world.sent(ENVIRONMENT, particles, seed=seed, outside=outside)))
-    hidden = ((each, dr.compress(is_kept_out(world, outside, each))) for each in starts)
-    tracks = [world.light_pass(each.some(kept)) for each, kept in hidden if len(kept)]
+    sent = world.sent(ENVIRONMENT, particles, seed=seed, outside=outside)
+    tracks = [world.light_pass(hidden) for _, hidden in kept_out(world, outside, sent)]
     if not tracks:
         return world.darkness()
     return world.brought(sum_tracks(tracks), 1 / (FIXED_POINT * particles))

@@ -59,11 +59,7 @@ class Tracks:
 
 def sum_tracks(parts: Sequence[Tracks]) -> Tracks:
     """Sum of several chunks, without their accounts of light; `RenderError` where integers have too few digits."""
-    return Tracks(
-        cells=_added([part.cells for part in parts]),
-        body=_added([part.body for part in parts]),
-        landed=_added([part.landed for part in parts]),
-    )
+    return Tracks(**{name: _added([getattr(part, name) for part in parts]) for name in ("cells", "body", "landed")})
 
 
 def _added(parts: Sequence[Counts]) -> Counts:

@@ -73,10 +73,6 @@ class RoughInterface(SingleDirections):
         bs, scale = self._drawn(context, local, through, mi.Float(1), eta_it, eta_ti)
         return bs, mi.Color3f(scale) & active
 
-    def to_string(self) -> str:
-        """One line for logs."""
-        return f"RoughInterface[ior={self.ior}, alpha={self.alpha}]"
-
 
 class _Whole:
     """Stands for hits that are all on one body."""
@@ -129,10 +125,6 @@ class FilmedDielectric(SingleDirections):
         density = dr.select(reflected, back, through) / dr.maximum(kept, 1e-9)
         bs, scale = self._drawn(context, local, ~reflected, density, eta_it, eta_ti)
         return bs, mi.Color3f(kept * scale) & active
-
-    def to_string(self) -> str:
-        """One line for logs."""
-        return f"FilmedDielectric[reflectance={self.own}, transmittance={self.passed}]"
 
 
 mi.register_bsdf("filmed_dielectric", FilmedDielectric)
