@@ -159,6 +159,5 @@ def marker_disks(design: ElastomerDesign) -> SurfaceMesh | None:
 
 def marker_bsdf(design: ElastomerDesign) -> dict[str, Any]:
     """Entry of their material in a scene's dictionary."""
-    assert design.markers is not None
-    color = design.markers.color if isinstance(design.markers, DotMarkers) else (0.0, 0.0, 0.0)
-    return {"type": "twosided", "bsdf": matt(list(color))}
+    assert isinstance(design.markers, DotMarkers)
+    return {"type": "twosided", "bsdf": matt(list(design.markers.color))}

@@ -196,7 +196,16 @@ def strip_entry(strip: LedStrip, elastomer: Elastomer) -> dict[str, Any]:
     else:
         along = np.array([width / 2 - strip.margin_mm, 0.0, 0.0])
         center, normal = np.array([0, sign * (length / 2 + offset), middle]), np.array([0.0, -sign, 0.0])
-    return _rectangle(center, along, vertical, normal, strip.radiance, strip.reflectance)
+    if np.dot(np.cross(along, vertical), normal) < 0:
+        along = -along
+    to_world = np.eye(4)
+    to_world[:3] = np.stack([along, vertical, normal, center], 1)
+    return {
+        "type": "rectangle",
+        "to_world": mi.ScalarTransform4f(to_world),
+        "bsdf": matt(strip.reflectance),
+        "emitter": shining(strip.radiance),
+    }
 
 
 def _side_rise_mm(strip: LedStrip, elastomer: Elastomer) -> float:
@@ -209,21 +218,6 @@ def _side_rise_mm(strip: LedStrip, elastomer: Elastomer) -> float:
     places = np.zeros((SIDE_STEPS, 2))
     places[:, axis], places[:, 1 - axis] = sign * half[axis], np.linspace(-half[1 - axis], half[1 - axis], SIDE_STEPS)
     return float(design.rise_mm(places).max())
-
-
-def _rectangle(
-    center: Array, u: Array, v: Array, normal: Array, radiance: tuple[float, float, float], reflectance: float
-) -> dict[str, Any]:
-    if np.dot(np.cross(u, v), normal) < 0:
-        u = -u
-    to_world = np.eye(4)
-    to_world[:3, 0], to_world[:3, 1], to_world[:3, 2], to_world[:3, 3] = u, v, normal, center
-    return {
-        "type": "rectangle",
-        "to_world": mi.ScalarTransform4f(to_world),
-        "bsdf": matt(reflectance),
-        "emitter": shining(radiance),
-    }
 
 
 def _room(elastomer: Elastomer, rig: Rig, *, for_paths: bool) -> dict[str, Any]:
