@@ -95,7 +95,7 @@ def columns(values: npt.NDArray[Any]) -> list[npt.NDArray[np.float32]]:
     return [aligned(column, np.float32) for column in values.T]
 
 
-def flat(values: npt.ArrayLike) -> Any:
+def floats(values: npt.ArrayLike) -> Any:
     """Such a copy of an array in a row, mi.Float of its size."""
     return mi.Float(aligned(values, np.float32).ravel())
 

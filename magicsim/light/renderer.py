@@ -183,10 +183,10 @@ class Renderer(RestRenderer):
         """Window of the ideal image that what is looked at depends on."""
         return self.film.window.grown(REACH_PX, self.film.columns, self.film.rows)
 
-    def _as_image(self, pixels: Array) -> FloatImage:
+    def _as_image(self, pixels: Array | FloatImage) -> FloatImage:
         return np.asarray(pixels.reshape(self._around.rows, self._around.columns, 3), np.float32)
 
-    def _inner(self, around: Array) -> FloatImage:
+    def _inner(self, around: Array | FloatImage) -> FloatImage:
         """What is looked at of the pixels around it, shape (rows, columns, 3)."""
         return np.asarray(self.film.window.within(self._around).of(self._as_image(around)))
 
@@ -235,8 +235,9 @@ class Renderer(RestRenderer):
                 field, pixels[changed], samples=samples, seed=self.seed, pattern=self.seed, room=light
             )
             now[changed] = in_rows(traced)
-        images = [self._as_image(each) for each in (now, known, before)]
-        return self._inner(anchored_change(*images, changed.reshape(images[0].shape[:2])))
+        whole, control_image, anchor_image = (self._as_image(each) for each in (now, known, before))
+        found = anchored_change(whole, control_image, anchor_image, changed.reshape(whole.shape[:2]))
+        return self._inner(found)
 
     def _passing_field(self, view: View, placed: Array | None, light: PassingLight) -> LightField:
         """What something that passes changes of the light in the block and on the object.

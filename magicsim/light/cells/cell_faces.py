@@ -12,7 +12,7 @@ import numpy as np
 
 from magicsim.arrays import Array, Index
 from magicsim.kernels import kernel
-from magicsim.light.backend import aligned, flat, mi
+from magicsim.light.backend import aligned, floats, mi
 from magicsim.light.cells.cell_topology import FACES, CellTopology, canonical_triangles
 
 NEVER = 2.0
@@ -85,13 +85,13 @@ def cell_faces(vertices: Array, topology: CellTopology, fused: Index | None = No
         neighbours[np.isin(neighbours, fused)] = -1
     return CellFaces(
         parts=topology.parts,
-        patches=flat(patches),
+        patches=floats(patches),
         stride=stride,
-        frames=flat(frames),
+        frames=floats(frames),
         neighbours=mi.UInt32(aligned(np.where(neighbours < 0, NONE, neighbours), np.uint32).ravel()),
         face_of=mi.UInt32(topology.face_of.astype(np.uint32)),
         triangles=mi.UInt32(topology.triangles.astype(np.uint32).ravel()),
-        normals=flat(normals),
+        normals=floats(normals),
     )
 
 

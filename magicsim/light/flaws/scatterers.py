@@ -13,7 +13,7 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.printed_cells import PlacedInclusions
-from magicsim.light.backend import OfMesh, aligned, dr, flat, mi
+from magicsim.light.backend import OfMesh, aligned, dr, floats, mi
 
 OFF_MM = 2e-6
 """How far off a flake light goes on from it [mm]."""
@@ -43,8 +43,8 @@ class Scatterers:
         normals = np.column_stack([placed.normals, placed.is_bubble])
         return cls(
             first=mi.UInt32(aligned(first, np.uint32)),
-            spheres=flat(spheres),
-            normals=flat(normals),
+            spheres=floats(spheres),
+            normals=floats(normals),
             eta=dr.opaque(mi.Float, 1 / infill_ior),
             reflectance=dr.opaque(mi.Float, reflectance),
         )

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from magicsim.arrays import Array, Index, Mask, Numbers
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
-from magicsim.light.backend import dr, flat, in_rows, mi, pointer
+from magicsim.light.backend import dr, floats, in_rows, mi, pointer
 from magicsim.light.near.ports import Ports
 from magicsim.light.records.recorded_paths import RecordedPaths, escaped, mirror_samples
 from magicsim.light.transport.path_starts import ObjectRays, object_rays
@@ -119,7 +119,7 @@ class NearObject:
         """
         if not len(paths.owner):
             return np.zeros((len(pixels), 3))
-        out, lit = (flat(each) for each in (shining, irradiance))
+        out, lit = (floats(each) for each in (shining, irradiance))
         met = _mirrored(
             self.scene, block, room, pointer(self.object), self.finish, ports.met, out, lit, paths.rays,
             *paths.rays_of(pixels), dr.opaque(mi.UInt64, seed),

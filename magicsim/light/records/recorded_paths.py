@@ -14,7 +14,7 @@ import numpy.typing as npt
 import scipy.sparse as sp
 
 from magicsim.arrays import Array, Index, Mask, Numbers
-from magicsim.light.backend import aligned, dr, flat, in_rows, mi, pointer
+from magicsim.light.backend import aligned, dr, floats, in_rows, mi, pointer
 from magicsim.light.transport.cached_light import Elements
 from magicsim.light.transport.camera_pass import ROULETTE_WEIGHT
 from magicsim.light.transport.path_record import PathRecord, Regions
@@ -69,7 +69,7 @@ class RecordedPaths:
         """From arrays, rays of shape (rays, 8) or in a row, sorted by their pixels."""
         first = np.searchsorted(owner, np.arange(len(direct) + 1))
         return cls(
-            direct=direct, response=response, rays=flat(np.ravel(rays)),
+            direct=direct, response=response, rays=floats(np.ravel(rays)),
             first=mi.UInt32(aligned(first, np.uint32)), owner=np.asarray(owner, np.uint32), samples=samples,
             regions=regions, met=np.zeros((0, len(direct)), np.uint32) if met is None else met,
         )  # fmt: skip
@@ -105,7 +105,7 @@ class RecordedPaths:
         numbers = self._towards(outside.scene, pixels)
         if not len(numbers):
             return np.zeros((len(pixels), 3))
-        lit = flat(irradiance)
+        lit = floats(irradiance)
         shape, lamps = pointer(outside.object), room is None
         room = environment if lamps else room
         met = in_rows(_met_outside(outside.scene, room, shape, lit, finish, self.rays, numbers, lamps))

@@ -20,7 +20,7 @@ from scipy.ndimage import correlate1d
 from scipy.spatial import cKDTree
 
 from magicsim.arrays import Array, Index
-from magicsim.light.backend import aligned, columns, dr, flat, in_rows, mi
+from magicsim.light.backend import aligned, columns, dr, floats, in_rows, mi
 from magicsim.light.transport.path_starts import ObjectStarts
 from magicsim.light.world.coated_face import CoatedFace, CoatLight, outward_bins
 from magicsim.light.world.coating import Coating
@@ -240,8 +240,8 @@ class CoatSolver:
                 count, nodes = len(points), len(fine)
                 lane = dr.arange(mi.UInt32, count * nodes)
                 place = dr.gather(mi.Point3f, mi.Point3f(*columns(points)), lane // nodes)
-                sample = mi.Point2f(*[dr.gather(mi.Float, flat(fine[:, k]), lane % nodes) for k in (0, 1)])
-                weight = dr.gather(mi.Float, flat(fine[:, 2]), lane % nodes)
+                sample = mi.Point2f(*[dr.gather(mi.Float, floats(fine[:, k]), lane % nodes) for k in (0, 1)])
+                weight = dr.gather(mi.Float, floats(fine[:, 2]), lane % nodes)
                 arriving = lights.arriving(mi.UInt32(row), place, sample, self.box)
                 seen = dr.select(arriving.unblocked(self.scene, mi.Bool(True)), arriving.light * weight, 0)
                 light = in_rows(seen, np.float32).reshape(count, nodes, 3)
@@ -277,7 +277,7 @@ class CoatSolver:
     def _received(self, seen: Seen, normals: Array, views: Any, knots: Array, shares: Array) -> list[Array]:
         lists = (
             [mi.UInt32(aligned(each, np.uint32)) for each in knots.T],
-            [flat(each) for each in shares.T],
+            [floats(each) for each in shares.T],
         )
         ground, mirrored = _sent_on(self.coating, seen, mi.Vector3f(*columns(normals)), views, *lists)
         return [in_rows(each) for each in (ground, mirrored)]
@@ -298,7 +298,7 @@ class CoatSolver:
         place = mi.Point3f(*columns(places[index] + LIFT_MM * corner))
         view = dr.gather(mi.Vector3f, views, mi.UInt32(aligned(index, np.uint32)))
         for lights in self.coating.lights:
-            nodes = [flat(each) for each in lights.nodes().T]
+            nodes = [floats(each) for each in lights.nodes().T]
             for row in lights.straight:
                 clear = self._clear(lights, row, places + LIFT_MM * normals, normals)
                 found = _integrated(

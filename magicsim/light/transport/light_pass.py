@@ -59,7 +59,8 @@ class Tracks:
 
 def sum_tracks(parts: Sequence[Tracks]) -> Tracks:
     """Sum of several chunks, without their accounts of light; `RenderError` where integers have too few digits."""
-    return Tracks(**{name: _added([getattr(part, name) for part in parts]) for name in ("cells", "body", "landed")})
+    cells, body, landed = (_added([getattr(part, name) for part in parts]) for name in ("cells", "body", "landed"))
+    return Tracks(cells=cells, body=body, landed=landed)
 
 
 def _added(parts: Sequence[Counts]) -> Counts:

@@ -10,7 +10,7 @@ from magicsim.arrays import Array, Numbers
 from magicsim.camera.camera import Window
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.backend import dr, flat, in_rows, mi
+from magicsim.light.backend import dr, floats, in_rows, mi
 from magicsim.light.transport.cached_light import (
     BodyPart,
     CachedLight,
@@ -317,4 +317,4 @@ class LitWorld(World):
         cells, *body = (Piecewise.of(each, is_change=is_change) for each in self._elements(field))
         voxels = self.voxels
         inside = VoxelField(voxels=voxels, field=body[0], steps=steps) if voxels is not None else None
-        return CachedLight(cells=cells, body=inside, irradiance=flat(field.irradiance))
+        return CachedLight(cells=cells, body=inside, irradiance=floats(field.irradiance))

@@ -50,7 +50,7 @@ class CameraStarts:
     end: Any
     """Numbers of the samples that are traced, mi.UInt32 of size 1."""
     weights: float = 1.0
-    """Of each path at its start."""
+    """Weight of each path at its start."""
     inside: bool = False
     """Whether paths start inside the body."""
     depth: int = 0

@@ -17,7 +17,7 @@ import numpy as np
 from magicsim.geometry.coat import HalfMirror, OpaqueCoat
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.face_paint import face_paint
-from magicsim.light.backend import OfMesh, dr, flat, mi
+from magicsim.light.backend import OfMesh, dr, floats, mi
 from magicsim.light.world.coated_face import CoatedFace, CoatLight, affine_maps
 from magicsim.light.world.medium import Constants, Segment, leave
 from magicsim.light.world.scene_dict import lights_inside
@@ -251,7 +251,7 @@ class FaceCoating:
             film = dr.opaque(mi.Float, coat.reflectance), dr.opaque(mi.Float, coat.transmittance)
         self._plate_mm, self._inside = design.height_mm + rig.lens.thickness_mm, tuple(lights_inside(rig))
         self._anywhere = Coating(
-            maps=None, texels=flat(texels), columns=texels.shape[1],
+            maps=None, texels=floats(texels), columns=texels.shape[1],
             rows=texels.shape[0], specular=dr.opaque(mi.Float, specular), roughness=dr.opaque(mi.Float, roughness),
             film=film, plate_mm=dr.opaque(mi.Float, self._plate_mm), is_wide=specular > 0 and roughness >= WIDE,
             lights=[], half_mm=(half[0], half[1]),
@@ -279,7 +279,8 @@ class FaceCoating:
 
     def on(self, body: Any, scene: Any) -> Coating:
         """The coating of the body's mesh and the lights of the scene as they are now."""
-        return replace(self._coating.of(body), lights=straight_lights(scene, self._inside, self._plate_mm))
+        now: Coating = self._coating.of(body)
+        return replace(now, lights=straight_lights(scene, self._inside, self._plate_mm))
 
     def _mapped(self, body: Any) -> Coating:
         vertices = mesh_of(body).vertices
@@ -287,4 +288,4 @@ class FaceCoating:
         maps[:, :, 3] = NOT_ON_FACE
         faces = self._faces[self._is_face]
         maps[self._is_face] = affine_maps(vertices[faces], self._places[faces])
-        return replace(self._anywhere, maps=flat(maps))
+        return replace(self._anywhere, maps=floats(maps))

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.light.backend import aligned, dr, flat, in_rows, mi
+from magicsim.light.backend import aligned, dr, floats, in_rows, mi
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.room import Passing
 
@@ -101,7 +101,7 @@ def room_beams(sensor: Any, block: Any, housing: Any | None, target: Any | None,
 
 def room_particles(environment: Any, beam: Beam, *, u: list[Any]) -> tuple[Any, Any]:
     """First rays of particles and their weights, from four uniform numbers each."""
-    shares = flat(_shares(environment, beam))
+    shares = floats(_shares(environment, beam))
     cell, ring_part = mi.DiscreteDistribution(shares).sample_reuse(u[0])
     height = 2 * (mi.Float(cell // SECTORS) + ring_part) / RINGS - 1
     turn = dr.two_pi * (mi.Float(cell % SECTORS) + u[1]) / SECTORS
