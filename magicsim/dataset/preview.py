@@ -114,7 +114,7 @@ def preview_frame(scenes: tuple[DrawnEpisode, SceneConfig]) -> Frame:
     sensor, state = Sensor.for_scene(scene), timeline(scene)[0]
     deformation = sensor.deform(state, sensor.rest) if state.can_touch else sensor.rest
     radiance, camera = sensor.radiance(state, deformation), scene.rig.camera
-    exposure = meter(_untouched(metering.model_dump_json()), camera, metering.rig.lit)
+    exposure = meter(_untouched(metering.model_dump_json()), camera, metering.lit)
     return on_screen(expose(radiance, exposure, camera, seed=scene.seed, frame=0), gamma=camera.gamma)
 
 

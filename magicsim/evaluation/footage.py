@@ -109,7 +109,7 @@ def footage_of(case: Case, take: Take, suite: SuiteConfig) -> list[Footage]:
             labels=labels,
             images=ExposedTake(
                 take=take, camera=_camera(case.scene.rig.camera, noise), frames_per_second=suite.frames_per_second,
-                lit=case.scene.rig.lit,
+                lit=case.scene.lit,
                 seed=zlib.crc32(f"{suite.seed} {case.name} {noise.name}".encode()) & 0x7FFFFFFF,
             ),
             frames_per_second=suite.frames_per_second,

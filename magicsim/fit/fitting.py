@@ -218,7 +218,7 @@ def fit_constants(
     check_blocks(blocks, rows=window.rows, columns=window.columns)
     if not observations or observations[0].frame is not None:
         raise ConfigError("observations of the untouched sensor are missing; they must come first")
-    if not any(scene.rig.lit):
+    if not any(scene.lit):
         msg = "no light of rig.strips, rig.leds and rig.ring shines, and the room is dark: there is nothing to fit"
         raise ConfigError(msg)
     observed_states(scene, observations)

@@ -4,7 +4,7 @@ They are untyped here: their stubs describe all variants at once. Dr.Jit looks f
 so the right one must be named before that.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -50,7 +50,7 @@ BYTES = 64
 """Length of the longest vector registers [bytes]."""
 
 
-def aligned(values: npt.NDArray[Any], kind: npt.DTypeLike) -> npt.NDArray[Any]:
+def aligned(values: npt.ArrayLike, kind: npt.DTypeLike) -> npt.NDArray[Any]:
     """A contiguous copy of the same shape, its elements of a kind, whose memory starts where vectors may be read.
 
     The renderer takes an array over where it lies, and compiles a kernel anew for each alignment that it meets, which
@@ -93,6 +93,27 @@ def pointer(shape: Any) -> Any:
 def columns(values: npt.NDArray[Any]) -> list[npt.NDArray[np.float32]]:
     """Each column of a matrix as such a copy, shape (rows,)."""
     return [aligned(column, np.float32) for column in values.T]
+
+
+def floats(values: npt.ArrayLike) -> Any:
+    """Such a copy of an array in a row, mi.Float of its size."""
+    return mi.Float(aligned(values, np.float32).ravel())
+
+
+class OfMesh:
+    """What is made of a mesh as it is now, made anew where its vertices were replaced."""
+
+    def __init__(self, make: Callable[[Any], Any]) -> None:
+        self._make, self._positions, self._made = make, None, None
+
+    def of(self, shape: Any) -> Any:
+        """What is made of this shape."""
+        positions = mi.traverse(shape)["vertex_positions"]
+        # Replaced vertices are another variable. The one kept here stays alive, so that its index is not used again; it
+        # is a handle of our own, because what the mesh hands out follows the mesh.
+        if self._positions is None or self._positions.index != positions.index:
+            self._made, self._positions = self._make(shape), mi.Float(positions)
+        return self._made
 
 
 def in_rows(values: Any, kind: npt.DTypeLike = np.float64) -> npt.NDArray[Any]:

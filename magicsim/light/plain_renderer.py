@@ -1,5 +1,6 @@
 """Radiance of one sensor in any state by an estimator alone, every image for itself."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -114,8 +115,13 @@ class PlainRenderer:
         self._facing, self._untouched = facing, untouched or UntouchedStates(default_store())
         self.estimator = choose_estimator(settings.estimator, elastomer, rig)
         self.film = film(elastomer.design, rig.lens, rig.camera, rig.camera.window)
-        beside = facing.beside if facing is not None else (0, 0)
-        self.load_world = partial(load_world, self.estimator, elastomer, rig, settings, self.object_mesh, beside)
+        if self.estimator == "path":
+            self.load_world: Callable[[WorldContent], World] = partial(World, elastomer, rig)
+        else:
+            self.load_world = partial(
+                LitWorld, elastomer, rig, forward_collisions=settings.forward_collisions, own_mesh=self.object_mesh,
+                beside=facing.beside if facing is not None else (0, 0),
+            )  # fmt: skip
         self._worlds = Worlds(elastomer, self.object_mesh, self.object_finish, self.load_world)
 
     def plain_radiance(self, view: View, *, turn: int = 0) -> FloatImage:
@@ -207,15 +213,3 @@ def choose_estimator(asked: str, elastomer: Elastomer, rig: Rig) -> str:
             "scatters: must be 0; use estimator 'fluence'"
         )
     return estimator
-
-
-def load_world(
-    estimator: str, elastomer: Elastomer, rig: Rig, settings: RenderSettings, own_mesh: SurfaceMesh | None,
-    beside: tuple[int, int], content: WorldContent,
-) -> World:  # fmt: skip
-    """The scene of a block, for paths or with its light."""
-    if estimator == "path":
-        return World(elastomer, rig, content)
-    return LitWorld(
-        elastomer, rig, content, forward_collisions=settings.forward_collisions, own_mesh=own_mesh, beside=beside
-    )

@@ -1,10 +1,12 @@
 """How far an object can be seen: beyond that it is left out, and no pixel changes by more than a stated bound.
 
-In a dark room nothing is brighter than the lights, so what is at distance d from the middle of a block of circumscribed
-radius r sees no more than the brightest light's radiance, from within the block's solid angle 2 pi (1 - sqrt(1 -
-(r / d)^2)). A matte object sends reflectance / pi of that back at most, and a block that only bends, scatters and
-absorbs makes nothing of it brighter.
+In a dark room nothing is brighter than the lights, so what is at distance d from the middle of a sphere of radius r
+around block and lights sees no more than the brightest light's radiance, from within the sphere's solid angle
+2 pi (1 - sqrt(1 - (r / d)^2)). A matte object sends reflectance / pi of that back at most, and a block that only bends,
+scatters and absorbs makes nothing of it brighter.
 """
+
+import math
 
 import numpy as np
 
@@ -14,6 +16,7 @@ from magicsim.camera.exposure import meter
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.scene_dict import AIR_GAP_MM
+from magicsim.scenes.refusals import lamps_mm
 from magicsim.scenes.rig import Rig
 
 FAINT_LEVELS = 0.5
@@ -38,13 +41,18 @@ def is_out_of_reach(gap_mm: float, finish: Finish, design: ElastomerDesign, rig:
     ):
         return False
     sent_back = brightest_return(gap_mm, finish, design, rig)
-    return grey_levels(sent_back, meter(untouched, rig.camera, rig.lit), rig.camera) <= FAINT_LEVELS
+    return (
+        grey_levels(sent_back, meter(untouched, rig.camera, rig.lit(is_opaque=design.is_opaque)), rig.camera)
+        <= FAINT_LEVELS
+    )
 
 
 def brightest_return(gap_mm: float, finish: Finish, design: ElastomerDesign, rig: Rig) -> Array:
     """Bound of the radiance of each channel that a matte object sends back, shape (3,); arguments as above."""
     height = design.height_mm + rig.lens.thickness_mm
     radius = float(np.linalg.norm([*design.footprint_mm, height])) / 2 + AIR_GAP_MM
+    for aside, above, size in lamps_mm(design, rig).values():
+        radius = max(radius, math.hypot(aside, above - height / 2) + size)
     distance = gap_mm + height / 2
     if distance <= radius:
         return np.full(3, np.inf)

@@ -9,6 +9,7 @@ from typing import Self
 import numpy as np
 
 from magicsim.arrays import Array, FloatImage, Mask, Numbers
+from magicsim.camera.camera import Window
 from magicsim.errors import RenderError
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr, in_rows, plain_errors
@@ -141,14 +142,12 @@ class Renderer(RestRenderer):
 
     def _ideal(self, view: View) -> tuple[FloatImage, Origin]:
         """Radiance of the window of the ideal image that is looked at, shape (rows, columns, 3); how it was made."""
-        inner, columns, rows = self.film.window, self.film.columns, self.film.rows
         anchor = self.anchor()
         if view.is_untouched:
-            return np.asarray(inner.of(anchor.image)), AT_REST
+            return np.asarray(self.film.window.of(anchor.image)), AT_REST
         if self.elastomer.design.is_opaque:
             return self._coated(view)
-        around = inner.grown(REACH_PX, columns, rows)
-        pixels, shape = around.numbers(columns, rows), (around.rows, around.columns, 3)
+        pixels = self._around.numbers(self.film.columns, self.film.rows)
         rest, placed, light_x_mm = self.light(View()), self.placed(view), view.flashlight_x_mm
         self.check_room(view, placed)
         is_moved = self.is_moved(view, placed)
@@ -159,8 +158,7 @@ class Renderer(RestRenderer):
             seed=self.seed,
         )  # fmt: skip
         if not is_moved:
-            before = look.through(anchor, pixels)
-            return np.asarray(inner.within(around).of(before.reshape(shape)), np.float32), origin
+            return self._inner(look.through(anchor, pixels)), origin
         changed, traced = self._changed(view, placed, pixels), None
         if changed.any():
             traced = self.light(view).gather_pixels(
@@ -173,12 +171,24 @@ class Renderer(RestRenderer):
         now = known.copy()
         if traced is not None:
             now[changed] = in_rows(traced)
-        images = [np.asarray(each.reshape(shape), np.float32) for each in (now, known, before)]
+        whole, control_image, anchor_image = (self._as_image(each) for each in (now, known, before))
         if self.leaves_out_noise:
-            found = anchored_image(images[0], images[1], images[2], changed.reshape(shape[:2]))
+            found = anchored_image(whole, control_image, anchor_image, changed.reshape(whole.shape[:2]))
         else:
-            found = images[2] + images[0] - images[1]
-        return np.asarray(inner.within(around).of(found)), origin
+            found = anchor_image + whole - control_image
+        return self._inner(found), origin
+
+    @cached_property
+    def _around(self) -> Window:
+        """Window of the ideal image that what is looked at depends on."""
+        return self.film.window.grown(REACH_PX, self.film.columns, self.film.rows)
+
+    def _as_image(self, pixels: Array | FloatImage) -> FloatImage:
+        return np.asarray(pixels.reshape(self._around.rows, self._around.columns, 3), np.float32)
+
+    def _inner(self, around: Array | FloatImage) -> FloatImage:
+        """What is looked at of the pixels around it, shape (rows, columns, 3)."""
+        return np.asarray(self.film.window.within(self._around).of(self._as_image(around)))
 
     def _coated(self, view: View) -> tuple[FloatImage, Origin]:
         """Radiance of an opaque coat, whose frames have no noise that an untouched image could take away."""
@@ -208,9 +218,7 @@ class Renderer(RestRenderer):
         block and on the object, and what recorded camera paths meet of it. All its places share their random numbers,
         so the change moves as smoothly as the thing does.
         """
-        inner, columns, rows = self.film.window, self.film.columns, self.film.rows
-        around = inner.grown(REACH_PX, columns, rows)
-        pixels, shape = around.numbers(columns, rows), (around.rows, around.columns, 3)
+        pixels = self._around.numbers(self.film.columns, self.film.rows)
         placed, samples = self.placed(view), self.settings.samples
         field = self._passing_field(view, placed, light)
         look = Look(
@@ -219,7 +227,7 @@ class Renderer(RestRenderer):
         )  # fmt: skip
         before = look.through(self.anchor(), pixels)
         if not self.is_moved(view, placed):
-            return np.asarray(inner.within(around).of(before.reshape(shape)), np.float32)
+            return self._inner(before)
         known, changed = look.through(self.control(), pixels), self._changed(view, placed, pixels)
         now = known.copy()
         if changed.any():
@@ -227,9 +235,9 @@ class Renderer(RestRenderer):
                 field, pixels[changed], samples=samples, seed=self.seed, pattern=self.seed, room=light
             )
             now[changed] = in_rows(traced)
-        images = [np.asarray(each.reshape(shape), np.float32) for each in (now, known, before)]
-        found = anchored_change(images[0], images[1], images[2], changed.reshape(shape[:2]))
-        return np.asarray(inner.within(around).of(found))
+        whole, control_image, anchor_image = (self._as_image(each) for each in (now, known, before))
+        found = anchored_change(whole, control_image, anchor_image, changed.reshape(whole.shape[:2]))
+        return self._inner(found)
 
     def _passing_field(self, view: View, placed: Array | None, light: PassingLight) -> LightField:
         """What something that passes changes of the light in the block and on the object.

@@ -13,8 +13,8 @@ from magicsim.scenes.rig import Rig
 
 HOUSING_RADIUS = 1.2
 """Radius of the housing that keeps the light of the room from camera and lens, in half diagonals of the footprint."""
-BEHIND_MM = 1.0
-"""How far behind the pinhole the housing ends [mm]."""
+BEHIND_MM, AROUND_LAMP_MM = 1.0, 1.0
+"""How far behind the pinhole and around lights the housing ends [mm]."""
 _GREY = (
     "must be grey where the sensor sees through its face or scatters, because recorded paths know no colours; "
     "render.anchor_samples = 0 takes any"
@@ -70,10 +70,31 @@ def gap_refusal(design: ElastomerDesign, rig: Rig, gap_mm: float) -> str | None:
     return None
 
 
+def opening_mm(design: ElastomerDesign) -> float:
+    """Radius of the opening in which the block stands, at the lower end of its housing [mm]."""
+    return HOUSING_RADIUS * float(np.linalg.norm(design.footprint_mm)) / 2
+
+
 def housing_mm(design: ElastomerDesign, rig: Rig) -> tuple[float, float]:
-    """Radius of the housing and its height over the contact face [mm]."""
-    radius = HOUSING_RADIUS * float(np.linalg.norm(design.footprint_mm)) / 2
-    return radius, design.height_mm + rig.lens.thickness_mm + rig.camera.distance_mm + BEHIND_MM
+    """Radius of the housing, in which all lights above the face are, and its height over the contact face [mm]."""
+    radius = opening_mm(design)
+    top = design.height_mm + rig.lens.thickness_mm + rig.camera.distance_mm + BEHIND_MM
+    for aside, height, size in lamps_mm(design, rig).values():
+        if height > 0:
+            radius = max(radius, aside + size + AROUND_LAMP_MM)
+            top = max(top, height + size + AROUND_LAMP_MM)
+    return radius, top
+
+
+def lamps_mm(design: ElastomerDesign, rig: Rig) -> dict[str, tuple[float, float, float]]:
+    """Distance from the axis, height over the contact face and radius of single LEDs and ring, by field [mm]."""
+    found = {}
+    for number, led in enumerate(rig.leds):
+        found[f"rig.leds.{number}"] = math.hypot(*led.place_mm[:2]), led.place_mm[2], led.radius_mm
+    if rig.ring is not None:
+        height = design.height_mm + rig.lens.thickness_mm + rig.ring.gap_mm
+        found["rig.ring"] = rig.ring.radius_mm, height, rig.ring.width_mm / 2
+    return found
 
 
 def sensor_problem(design: ElastomerDesign, rig: Rig) -> str | None:
@@ -81,11 +102,8 @@ def sensor_problem(design: ElastomerDesign, rig: Rig) -> str | None:
     if rig.near_mm is None or design.is_opaque:
         return None
     reaches = {"the housing of the sensor": math.hypot(*housing_mm(design, rig))}
-    for number, led in enumerate(rig.leds):
-        reaches[f"rig.leds.{number}"] = math.hypot(*led.place_mm) + led.radius_mm
-    if rig.ring is not None:
-        height = design.height_mm + rig.lens.thickness_mm + rig.ring.gap_mm
-        reaches["rig.ring"] = math.hypot(rig.ring.radius_mm + rig.ring.width_mm / 2, height)
+    for name, (aside, height, size) in lamps_mm(design, rig).items():
+        reaches[name] = math.hypot(aside, height) + size
     name, reach_mm = max(reaches.items(), key=lambda each: each[1])
     return _problem(name, reach_mm, rig.near_mm)
 

@@ -203,10 +203,10 @@ class Rig(Config):
         """Distance of the room's picture [mm], None where it is infinitely far away, or the room dark."""
         return self.room_distance_mm if any(self.room_light) else None
 
-    @property
-    def lit(self) -> tuple[bool, bool, bool]:
-        """Whether any light of the untouched sensor shines in red, green and blue."""
-        red, green, blue = (any(each) for each in zip(self.room_light, *self.lamps, strict=True))
+    def lit(self, *, is_opaque: bool) -> tuple[bool, bool, bool]:
+        """Whether any light of the untouched sensor shines in red, green and blue: no room's through an opaque coat."""
+        room = (0.0, 0.0, 0.0) if is_opaque else self.room_light
+        red, green, blue = (any(each) for each in zip(room, *self.lamps, strict=True))
         return red, green, blue
 
 

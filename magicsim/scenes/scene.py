@@ -261,6 +261,11 @@ class SceneConfig(Config):
             yield f"rig.{problem}"
 
     @property
+    def lit(self) -> tuple[bool, bool, bool]:
+        """Whether any light of the untouched sensor shines in red, green and blue."""
+        return self.rig.lit(is_opaque=self.design.is_opaque)
+
+    @property
     def frame_count(self) -> int:
         """Number of scored frames."""
         return self.keyframes[-1].frame + 1

@@ -109,7 +109,7 @@ class Emulation:
 
     def _error(self, sensor: "Sensor", state: FrameState, deformation: Deformation, image: FloatImage) -> TierError:
         true = sensor.renderer.reseeded(seed=CHECK_SEED).radiance(sensor.view(state, deformation))
-        gain = 255 * meter(sensor.radiance(UNTOUCHED, sensor.rest), sensor.rig.camera, sensor.rig.lit)
+        gain = 255 * meter(sensor.radiance(UNTOUCHED, sensor.rest), sensor.rig.camera, sensor.lit)
         error = compared(image, true, gain)
         assert isinstance(self.emulator, Emulator)
         if error.mean > (bound := self.emulator.bound):

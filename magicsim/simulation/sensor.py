@@ -312,6 +312,11 @@ class Sensor:
             markers = self.meshes.markers.displaced(deformation.displacements_mm)
         return replace(outside, body=body, infill=infill, markers=markers, is_released=not state.can_touch)
 
+    @property
+    def lit(self) -> tuple[bool, bool, bool]:
+        """Whether any light of the untouched sensor shines in red, green and blue."""
+        return self.rig.lit(is_opaque=self.design.is_opaque)
+
     def radiance(self, state: FrameState, deformation: Deformation | Displacement) -> FloatImage:
         """Linear radiance of a state, anchored to the untouched sensor, shape (rows, columns, 3)."""
         return self.render(state, deformation)[0]
@@ -339,14 +344,14 @@ def sensor_exposure(sensor: Sensor, untouched: FloatImage) -> Array:
     """Gain of each channel, shape (3,), as metered on the whole image of the untouched sensor and locked."""
     camera = sensor.rig.camera
     whole = untouched if camera.region_px is None else sensor.renderer.metered()
-    return meter(whole, camera, sensor.rig.lit)
+    return meter(whole, camera, sensor.lit)
 
 
 def sensor_camera(sensor: Sensor, untouched: FloatImage) -> CameraStream:
     """A sensor's camera, ready to film, as exposed on what it reads out at rest (`RenderError`: it never settles)."""
     rig, room = sensor.rig, room_radiance(sensor, untouched)
     whole = untouched if rig.camera.region_px is None else sensor.renderer.metered()
-    return CameraStream.of(rig.camera, whole, rig.lit, room=room)
+    return CameraStream.of(rig.camera, whole, sensor.lit, room=room)
 
 
 def room_radiance(sensor: Sensor, untouched: FloatImage) -> FloatImage | None:

@@ -40,6 +40,8 @@ class BrightnessWatch:
     """Warns, once each, of frames of one sensor that show nothing, with the field that makes them so."""
 
     rig: Rig
+    lit: tuple[bool, bool, bool]
+    """Whether any light of the untouched sensor shines in red, green and blue."""
     warned: set[str] = field(default_factory=set)
     """Warnings that were given; each is given once."""
 
@@ -54,10 +56,10 @@ class BrightnessWatch:
         mean = float(image.mean())
         if mean < BLACK_GREY:
             why = f"no light reaches the camera: {GEL}"
-            if not any(self.rig.lit):
-                why = (
-                    "no light of rig.strips, rig.leds and rig.ring shines, and the room is dark (rig.ambient, rig.room)"
-                )
+            if not any(self.lit):
+                coat, dark = "behind an opaque coat (design.coat)", "dark (rig.ambient, rig.room)"
+                room = coat if any(self.rig.room_light) else dark
+                why = f"no light of rig.strips, rig.leds and rig.ring shines, and the room is {room}"
             self._warn(f"frame {index} is black (mean grey level {mean:.2g}): {why}", key="black")
         white = float((image.min(2) == np.iinfo(np.uint8).max).mean())
         if white > WHITE_SHARE:
@@ -106,7 +108,7 @@ class Shot:
     def of(cls, sensor: Sensor, output: OutputSettings, camera: CameraStream) -> Self:
         """For a sensor whose camera is exposed on its untouched state."""
         needed, rig = output.contact_mask or output.depth_map, sensor.rig
-        watch = BrightnessWatch(rig=rig)
+        watch = BrightnessWatch(rig=rig, lit=sensor.lit)
         watch.see_exposure(camera.gain)
         landing = pixel_landing_mm(sensor.design, rig.lens, rig.camera) if needed else None
         view = picture_mm(sensor.design, rig.lens, rig.camera)

@@ -55,9 +55,7 @@ def test_leaving_out_changes_no_frame(scene: SceneConfig, images: list[np.ndarra
 
 def test_a_take_exposed_afterwards_has_the_same_frames(scene: SceneConfig, images: list[np.ndarray]):
     take = film_take(scene)
-    exposed = ExposedTake(
-        take=take, camera=scene.rig.camera, seed=scene.seed, frames_per_second=15.0, lit=scene.rig.lit
-    )
+    exposed = ExposedTake(take=take, camera=scene.rig.camera, seed=scene.seed, frames_per_second=15.0, lit=scene.lit)
     again = [*exposed.references(), *exposed.frames()]
     assert all((a == b).all() for a, b in zip(images, again, strict=True))
 

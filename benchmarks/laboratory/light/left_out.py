@@ -270,8 +270,7 @@ def bare_outputs(settings: tuple[str, ...]) -> Rule:
     deformation = sensor.deform(state, sensor.rest)
     radiance = sensor.radiance(state, deformation)
     whole, lean = (
-        Shot.of(sensor, asked.output, CameraStream.of(asked.rig.camera, radiance, asked.rig.lit))
-        for asked in (scene, bare)
+        Shot.of(sensor, asked.output, CameraStream.of(asked.rig.camera, radiance, asked.lit)) for asked in (scene, bare)
     )
     first = Instant(seed=0, index=0, time_s=0.0, frames_per_second=scene.frames_per_second)
     seen = RenderedState(

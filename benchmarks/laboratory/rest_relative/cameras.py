@@ -74,7 +74,7 @@ def film(drawn: DrawnTake, take: Take, number: int, *, is_grainy: bool = False) 
     waves, beat = random.uniform(-0.05, 0.05, 2), float(random.uniform(20, 200))
     fading, left = float(random.uniform(5, 60)), np.zeros_like(take.radiance[0])
     rows, columns = np.indices(left.shape[:2])
-    stream = CameraStream.of(camera, take.radiance[0], drawn.scene.rig.lit, room=take.room if take.room.size else None)
+    stream = CameraStream.of(camera, take.radiance[0], drawn.scene.lit, room=take.room if take.room.size else None)
     memory, images, classes, depths, stepped = stream.begin(rate), [], [], [], []
     for index, (frame, is_late) in enumerate(_story(take, count)):
         share = (1 + drift * np.sin(2 * np.pi * index / period)) * (step if is_late else 1.0)

@@ -12,7 +12,7 @@ import numpy as np
 
 from magicsim.arrays import Array, Index
 from magicsim.kernels import kernel
-from magicsim.light.backend import aligned, mi
+from magicsim.light.backend import aligned, floats, mi
 from magicsim.light.cells.cell_topology import FACES, CellTopology, canonical_triangles
 
 NEVER = 2.0
@@ -65,7 +65,8 @@ def cell_faces(vertices: Array, topology: CellTopology, fused: Index | None = No
     """Lays out the faces of a deformed grid, cell after cell; no argument holds for those of `fused` cells."""
     cells = int(np.prod(topology.counts))
     corners = vertices.reshape(cells, -1, 3)
-    faces, triangles = corners[:, topology.corners], _triangles(topology)
+    canonical = canonical_triangles(topology.parts)
+    faces, triangles = corners[:, topology.corners], topology.corners[:, canonical].reshape(-1, 3)
     normals = outward_normals(corners, triangles)
     stride = -(-3 * faces.shape[2] // PACKET) * PACKET
     patches = np.zeros((cells * FACES, stride), np.float32)
@@ -77,28 +78,21 @@ def cell_faces(vertices: Array, topology: CellTopology, fused: Index | None = No
     frames[:, :9], frames[:, 9:12] = inward.reshape(cells, 9), centres.mean(1)
     dented = largest_dents_mm(corners, normals, triangles, *_beside(triangles)) > CONVEX_MM
     neighbours = topology.neighbours()
-    frames[:, 12:15], free = dented_cells(
-        faces, canonical_triangles(topology.parts), dented, frames[:, 9:12], axes, inward, neighbours
-    )
+    frames[:, 12:15], free = dented_cells(faces, canonical, dented, frames[:, 9:12], axes, inward, neighbours)
     neighbours[~(free & free[neighbours, np.arange(FACES) ^ 1])] = -1
     if fused is not None:
         frames[fused, 12:15], neighbours[fused] = NEVER, -1
         neighbours[np.isin(neighbours, fused)] = -1
     return CellFaces(
         parts=topology.parts,
-        patches=mi.Float(aligned(patches, np.float32).ravel()),
+        patches=floats(patches),
         stride=stride,
-        frames=mi.Float(aligned(frames, np.float32).ravel()),
+        frames=floats(frames),
         neighbours=mi.UInt32(aligned(np.where(neighbours < 0, NONE, neighbours), np.uint32).ravel()),
         face_of=mi.UInt32(topology.face_of.astype(np.uint32)),
         triangles=mi.UInt32(topology.triangles.astype(np.uint32).ravel()),
-        normals=mi.Float(aligned(normals, np.float32).ravel()),
+        normals=floats(normals),
     )
-
-
-def _triangles(topology: CellTopology) -> Index:
-    """Vertices of the canonical triangles of all faces of a cell, shape (triangles of a cell, 3)."""
-    return np.asarray(topology.corners[:, canonical_triangles(topology.parts)].reshape(-1, 3))
 
 
 def _beside(triangles: Index) -> tuple[Index, Index]:
@@ -161,14 +155,7 @@ def largest_dents_mm(corners, normals, triangles, planes, tips):  # type: ignore
 
 @kernel()
 def _planes(points, triangles, normals, heights):  # type: ignore[no-untyped-def]
-    """Normals of any length and heights of the planes of one cell's faces, in place.
-
-    Args:
-        points: Vertices of each face, shape (6, vertices of a face, 3) [mm].
-        triangles: Corners of the triangles of a face, shape (triangles of a face, 3).
-        normals: Shape (6, triangles of a face, 3).
-        heights: Shape (6, triangles of a face).
-    """
+    """Normals of any length and heights of the planes of one cell's faces, in place; of (6, triangles)."""
     u, v = np.empty(3), np.empty(3)
     for face in range(6):
         for t in range(len(triangles)):
@@ -188,16 +175,7 @@ def _dot(one, other):  # type: ignore[no-untyped-def]
 
 @kernel()
 def _margins(points, axes, inward, normals, heights, margins):  # type: ignore[no-untyped-def]
-    """Margins of one cell, see `dented_cells`, in place.
-
-    Args:
-        points: Vertices of each face from the cell's centre, shape (6, vertices of a face, 3) [mm].
-        axes: Axes of the cell's frame as rows, shape (3, 3) [mm].
-        inward: Matrix into the frame, shape (3, 3).
-        normals: See `_planes`.
-        heights: See there.
-        margins: Shape (3,).
-    """
+    """Margins of one cell, see `dented_cells`, in place; its faces are measured from its centre."""
     reach = 0.0
     for face in range(6):
         for point in range(points.shape[1]):
@@ -222,13 +200,9 @@ def _margins(points, axes, inward, normals, heights, margins):  # type: ignore[n
 
 @kernel()
 def _is_in_front(normals, heights, points, centre):  # type: ignore[no-untyped-def]
-    """Whether all of a face lies outside all planes of another one, so that no ray from that to it meets them.
+    """Whether all points of a face lie outside all planes of another one, so that no ray from that to it meets them.
 
-    Args:
-        normals: Of the other face's triangles, shape (triangles of a face, 3).
-        heights: Of their planes, shape (triangles of a face,).
-        points: Vertices of the face, shape (vertices of a face, 3) [mm].
-        centre: What the planes are measured from, shape (3,) [mm].
+    The planes are measured from a centre.
     """
     place = np.empty(3)
     for point in range(len(points)):

@@ -15,8 +15,7 @@ from magicsim.arrays import Array
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.light.backend import columns, dr, mi
 from magicsim.light.transport.light_field import LightField
-from magicsim.light.transport.light_pass import FIXED_POINT
-from magicsim.light.transport.light_starts import LightStarts
+from magicsim.light.transport.light_starts import LightStarts, steps_of
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.recorded_light import LightRecord, RecordedLight
 from magicsim.light.transport.streams import FACING, SEEDS_PER_RENDER, sequence
@@ -103,10 +102,11 @@ def facing_light(
     column = [mi.Float(each) for each in columns(np.ascontiguousarray(chosen, np.float32))]
     rays, flux = mi.Ray3f(mi.Point3f(*column[:3]), mi.Vector3f(*column[3:6])), mi.Color3f(*column[6:])
     number = dr.arange(mi.UInt32, len(chosen))
-    starts = LightStarts.escaped(number, rays, flux, dr.max(flux), seed=SEEDS_PER_RENDER * seed + FACING)
+    steps = steps_of(float(chosen[:, 6:].max()))
+    starts = LightStarts.escaped(number, rays, flux, dr.max(flux), seed=SEEDS_PER_RENDER * seed + FACING, steps=steps)
     tracks = world.light_pass(starts, outside=outside)
-    fluence = tracks.cells[0] / FIXED_POINT / world.inventory.volumes_mm3()
-    return replace(dark, fluence=fluence, body=tracks.body[0] / FIXED_POINT)
+    fluence = tracks.cells[0] / steps / world.inventory.volumes_mm3()
+    return replace(dark, fluence=fluence, body=tracks.body[0] / steps)
 
 
 def arriving(rays: Array, distance_mm: float, footprint_mm: tuple[float, float], *, most: int) -> Array:

@@ -12,8 +12,8 @@ import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.geometry.elastomer import Elastomer
-from magicsim.geometry.printed_cells import DrawnInclusions, PlacedInclusions
-from magicsim.light.backend import aligned, dr, mi
+from magicsim.geometry.printed_cells import PlacedInclusions
+from magicsim.light.backend import OfMesh, aligned, dr, floats, mi
 
 OFF_MM = 2e-6
 """How far off a flake light goes on from it [mm]."""
@@ -43,8 +43,8 @@ class Scatterers:
         normals = np.column_stack([placed.normals, placed.is_bubble])
         return cls(
             first=mi.UInt32(aligned(first, np.uint32)),
-            spheres=mi.Float(aligned(spheres, np.float32).ravel()),
-            normals=mi.Float(aligned(normals, np.float32).ravel()),
+            spheres=floats(spheres),
+            normals=floats(normals),
             eta=dr.opaque(mi.Float, 1 / infill_ior),
             reflectance=dr.opaque(mi.Float, reflectance),
         )
@@ -183,29 +183,18 @@ def transforms(placed: PlacedInclusions) -> np.ndarray[Any, np.dtype[np.float64]
     return found
 
 
-class HeldScatterers:
-    """Scatterers of one print, computed once for each state of its mesh."""
+def held_scatterers(elastomer: Elastomer) -> OfMesh | None:
+    """Scatterers of a block by the mesh of its cells, or None where its print is clean.
 
-    def __init__(self, drawn: DrawnInclusions, infill_ior: float, reflectance: float) -> None:
-        self._drawn, self._optics = drawn, (infill_ior, reflectance)
-        self._positions: Any = None
-        self._state: tuple[Scatterers, Array] | None = None
+    For each state of the mesh they are `Scatterers`, and the volume of bubbles in each cell, shape (cells, 1) [mm3].
+    """
+    drawn, infill = elastomer.inclusions, elastomer.design.materials.infill
+    if drawn is None or infill is None:
+        return None
 
-    @classmethod
-    def of(cls, elastomer: Elastomer) -> Self | None:
-        """Scatterers of a block, or None where its print is clean."""
-        drawn, infill = elastomer.inclusions, elastomer.design.materials.infill
-        if drawn is None or infill is None:
-            return None
-        return cls(drawn, infill.ior, elastomer.design.inclusions.flake_reflectance)
+    def placed(shape: Any) -> tuple[Scatterers, Array]:
+        positions = np.array(mi.traverse(shape)["vertex_positions"], np.float64)
+        found, reflectance = drawn.placed(positions.reshape(-1, 3)), elastomer.design.inclusions.flake_reflectance
+        return Scatterers.of(found, drawn.cells, infill.ior, reflectance), found.air_mm3(drawn.cells)[:, None]
 
-    def now(self, infill: Any) -> tuple[Scatterers, Array]:
-        """Where they are in the mesh of the cells, and the volume of the bubbles in each, shape (cells, 1) [mm3]."""
-        positions = mi.traverse(infill)["vertex_positions"]
-        # Replaced vertices are another variable, and the one kept here stays alive.
-        if self._state is None or self._positions.index != positions.index:
-            placed = self._drawn.placed(np.array(positions, np.float64).reshape(-1, 3))
-            scatterers = Scatterers.of(placed, self._drawn.cells, *self._optics)
-            state = scatterers, placed.air_mm3(self._drawn.cells)[:, None]
-            self._positions, self._state = mi.Float(positions), state
-        return self._state
+    return OfMesh(placed)

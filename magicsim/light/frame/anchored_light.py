@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -132,10 +133,13 @@ def _ratio(values: Array, level: Array) -> Array:
 
 
 def _local_mean(values: Array, counts: Counts, width: float) -> Array:
-    """Gaussian mean over neighbouring cells, shape (cells, 3), cells in x-fastest order."""
-    nx, ny, nz = counts
-    grid = values.reshape(nz, ny, nx, 3)
-    return gaussian_filter(grid, (width,) * 3 + (0.0,), mode="nearest", truncate=2.5).reshape(-1, 3)
+    return mean_of_cells(values, counts, width, mode="nearest", truncate=2.5)
+
+
+def mean_of_cells(values: Array, counts: Counts, width: float, **options: Any) -> Array:
+    """Gaussian mean over neighbouring cells, shape (cells, 3), cells in x-fastest order; options are SciPy's."""
+    grid = values.reshape(*counts[::-1], 3)
+    return gaussian_filter(grid, (width,) * 3 + (0.0,), **options).reshape(-1, 3)
 
 
 def contact_share(places_mm: Array, vertices_mm: Array, faces: npt.NDArray[np.int32]) -> Array:

@@ -19,13 +19,13 @@ from scipy.ndimage import gaussian_filter, gaussian_filter1d
 from magicsim.arrays import Array, FloatImage, Mask, Numbers
 from magicsim.camera.camera import Window
 from magicsim.light.backend import dr
+from magicsim.light.frame.anchored_light import mean_of_cells
 from magicsim.light.records.untouched import Untouched
-from magicsim.light.records.untouched_passes import follow_camera
 from magicsim.light.transport.light_field import LightField, total
-from magicsim.light.transport.light_pass import FIXED_POINT, sum_tracks
-from magicsim.light.transport.light_starts import ROUND_OBJECT, LightStarts, Sent, chunks
+from magicsim.light.transport.light_pass import sum_tracks
+from magicsim.light.transport.light_starts import FIXED_POINT, ROUND_OBJECT, LightStarts, Sent, chunks
 from magicsim.light.transport.lit_world import LitWorld
-from magicsim.light.transport.streams import PASSING, PASSING_ON_OBJECT, SEEDS_PER_RENDER
+from magicsim.light.transport.streams import MIRRORED, PASSING, PASSING_ON_OBJECT, SEEDS_PER_RENDER
 from magicsim.light.world.loaded_scene import Outside
 from magicsim.light.world.names import ENVIRONMENT
 from magicsim.light.world.room_light import PassingLight, PassingPart
@@ -172,11 +172,11 @@ class Look:
         else:
             seen = paths.glow(world.elements(field), pixels)
             seen += paths.seen_of_room(passing, pixels)
-            if outside.object is not None or outside.flashlight is not None:
+            if outside.is_there:
                 seen += paths.seen_outside(None, outside, field.irradiance, finish, pixels, room=passing)
         seen += paths.mirrored(
-            outside, finish, pixels, lambda starts: follow_camera(
-                world, outside, starts, field, seed=self.seed, room=passing
+            outside, finish, pixels, lambda starts: world.camera_pass(
+                field, starts, stream=SEEDS_PER_RENDER * self.seed + MIRRORED, outside=outside, room=passing
             ), samples=MIRRORED_PER_SAMPLE * self.samples, seed=self.seed,
         )  # fmt: skip
         return np.asarray(seen if passing is not None else np.maximum(rest.image.reshape(-1, 3)[pixels] + seen, 0))
@@ -207,9 +207,14 @@ def passing_light_change(
 
     Noise is spread over neighbouring cells, see `spread`.
     """
+    sent, shares = [], ((1.0, PASSING), (ROUND_OBJECT, PASSING_ON_OBJECT))
+    for place, sign in enumerate(SIGNS):
+        for beam, (share, stream) in zip(world.inventory.beams(outside), shares, strict=False):
+            count, part = max(1, round(share * particles)), PassingPart(light, sign)
+            sent.append(Sent(part, 0, count, SEEDS_PER_RENDER * seed + stream, False, place, beam, particles / count))
     tracks = [
         world.light_pass(starts.some(kept), lights=len(SIGNS), outside=outside)
-        for chunk in chunks(_sent(world, outside, light, particles, seed))
+        for chunk in chunks(sent)
         if len(kept := dr.compress((starts := LightStarts.emitted(chunk)).brightest > 0))
     ]
     if not tracks:
@@ -229,24 +234,7 @@ def spread(change: Array, level: Array, counts: tuple[int, int, int]) -> Array:
     Each cell's change goes to its neighbours by a Gaussian's weights times their level: what changes light from cell to
     cell is the grid, and that of the untouched sensor is known.
     """
-    around = _neighbours(level, counts)
+    # Reflected at the rim, weights are the same both ways.
+    around = mean_of_cells(level, counts, SPREAD_CELLS, mode="reflect")
     share = np.divide(change, around, out=np.zeros_like(change), where=around > 0)
-    return np.where(around > 0, level * _neighbours(share, counts), change)
-
-
-def _neighbours(values: Array, counts: tuple[int, int, int]) -> Array:
-    """Gaussian mean over neighbouring cells with weights that are the same both ways, cells in x-fastest order."""
-    nx, ny, nz = counts
-    grid = values.reshape(nz, ny, nx, 3)
-    return gaussian_filter(grid, (SPREAD_CELLS,) * 3 + (0.0,), mode="reflect").reshape(-1, 3)
-
-
-def _sent(world: LitWorld, outside: Outside, light: PassingLight, particles: int, seed: int) -> list[Sent]:
-    sent = []
-    for place, sign in enumerate(SIGNS):
-        parts = ((1.0, PASSING), (ROUND_OBJECT, PASSING_ON_OBJECT))
-        for beam, (share, stream) in zip(world.inventory.beams(outside), parts, strict=False):
-            count = max(1, round(share * particles))
-            part, numbers = PassingPart(light, sign), SEEDS_PER_RENDER * seed + stream
-            sent.append(Sent(part, 0, count, numbers, False, place, beam, particles / count))
-    return sent
+    return np.where(around > 0, level * mean_of_cells(share, counts, SPREAD_CELLS, mode="reflect"), change)

@@ -6,22 +6,20 @@ particles anew: what they differ by from the same particles before contact is th
 more than noise (`anchored_light`). So light is the same estimate on both sides of the first contact.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from magicsim.arrays import Array
+from magicsim.arrays import Array, Index
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr
 from magicsim.light.frame.anchored_light import Expected, anchored_light, contact_share
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.records.untouched_passes import follow_light
 from magicsim.light.transport.light_field import LightField, total
-from magicsim.light.transport.light_pass import FIXED_POINT, Tracks
-from magicsim.light.transport.light_starts import LightStarts, Sent, chunks
+from magicsim.light.transport.light_starts import FIXED_POINT, LightStarts, Sent, chunks
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.streams import ROOM_BACK, SEEDS_PER_RENDER
 from magicsim.light.world.loaded_scene import Outside
@@ -80,10 +78,8 @@ class Before:
         back = [follow_light(world, outside, control.light, seed=seed)]
         if ENVIRONMENT in control.fields:
             back.append(room_change(world, outside, control, seed=seed))
-        fluence, body, irradiance = (
-            sum(getattr(each, name) for each in back) for name in ("fluence", "body", "irradiance")
-        )
-        return replace(rest, fluence=rest.fluence + fluence, body=rest.body + body, irradiance=irradiance)
+        added = total(back)
+        return replace(added, fluence=rest.fluence + added.fluence, body=rest.body + added.body)
 
 
 def touched_light(
@@ -123,12 +119,12 @@ def _own_light(world: LitWorld, outside: Outside, anchor: Untouched, control: Un
     """Light of strips and room with something outside: the untouched sensor's, and what the object adds to it."""
     dark, counts, voxels = world.darkness(outside), world.counts, world.voxel_counts
     known = replace(total([world.darkness(), *anchor.fields.values()]), irradiance=dark.irradiance)
-    if outside.object is None:
-        return known
-    back = follow_light(world, outside, anchor.light, seed=seed)
-    lit = total([known, back])
-    lit = replace(anchored_light(lit, known, known, counts, voxels), irradiance=back.irradiance)
-    if ENVIRONMENT not in anchor.fields:
+    lit = known
+    if outside.object is not None:
+        back = follow_light(world, outside, anchor.light, seed=seed)
+        lit = total([known, back])
+        lit = replace(anchored_light(lit, known, known, counts, voxels), irradiance=back.irradiance)
+    if ENVIRONMENT not in anchor.fields or not outside.is_there:
         return lit
     traced, rest = (each.fields[ENVIRONMENT] for each in (control, anchor))
     change = room_change(world, outside, control, seed=seed)
@@ -160,43 +156,16 @@ def room_change(world: LitWorld, outside: Outside, control: Untouched, *, seed: 
     first, *around = world.sent(ENVIRONMENT, count, seed=seed, outside=outside)
     gone = np.zeros(count, bool)
     added, lost = [], []
-    for chunk in chunks([first]):
-        starts = LightStarts.emitted(chunk)
-        kept = dr.compress(_is_kept_out(world, outside, starts))
-        if len(kept):
-            gone[chunk[0].first + np.array(kept)] = True
-            blocked = starts.some(kept)
-            lost.append(world.light_pass(blocked))
-            added.append(world.light_pass(blocked, outside=outside))
-    added.extend(_beside(world, outside, around))
+    for numbers, blocked in kept_out(world, outside, [first]):
+        gone[numbers] = True
+        lost.append(world.light_pass(blocked))
+        added.append(world.light_pass(blocked, outside=outside))
+    # What the object sends on of light that would have met nothing else that counts.
+    added.extend(world.light_pass(blocked, outside=outside) for _, blocked in kept_out(world, outside, around))
     assert control.room is not None
     seen = control.room.met(outside, seed=SEEDS_PER_RENDER * seed + ROOM_BACK, gone=gone)
     if seen is not None:
         added.append(world.light_pass(seen, outside=outside))
-    return _difference(world, outside, added, lost, count)
-
-
-def _is_kept_out(world: LitWorld, outside: Outside, starts: LightStarts) -> Any:
-    """Which particles meet what stands outside before the sensor, mi.Bool."""
-    there = outside.scene.ray_intersect_preliminary(starts.rays)
-    dr.eval(there)  # a kernel on an NVIDIA GPU traces one scene
-    block = world.scene.ray_intersect_preliminary(starts.rays)
-    return there.is_valid() & (~block.is_valid() | (there.t < block.t))
-
-
-def _beside(world: LitWorld, outside: Outside, parts: list[Sent]) -> list[Tracks]:
-    """What the object sends on of light that would have met nothing else that counts."""
-    tracks = []
-    for chunk in chunks(parts):
-        starts = LightStarts.emitted(chunk)
-        meets = _is_kept_out(world, outside, starts) & (starts.brightest > 0)
-        kept = dr.compress(meets)
-        if len(kept):
-            tracks.append(world.light_pass(starts.some(kept), outside=outside))
-    return tracks
-
-
-def _difference(world: LitWorld, outside: Outside, added: list[Tracks], lost: list[Tracks], count: int) -> LightField:
     dark, scale = world.darkness(outside), 1 / (FIXED_POINT * count)
     cells, body = dark.fluence.copy(), dark.body.copy()
     for sign, parts in ((1, added), (-1, lost)):
@@ -205,3 +174,16 @@ def _difference(world: LitWorld, outside: Outside, added: list[Tracks], lost: li
             body += sign * scale * each.body[0].astype(np.float64)
     landed = sum((each.landed[0].astype(np.float64) for each in added), np.zeros_like(dark.irradiance))
     return world.deposited(cells, body, scale * landed, outside)
+
+
+def kept_out(world: LitWorld, outside: Outside, sent: Sequence[Sent]) -> Iterator[tuple[Index, LightStarts]]:
+    """Particles that meet what stands outside before the sensor, with their numbers, as many at once as usual."""
+    for chunk in chunks(sent):
+        starts = LightStarts.emitted(chunk)
+        there = outside.scene.ray_intersect_preliminary(starts.rays)
+        dr.eval(there)  # a kernel on an NVIDIA GPU traces one scene
+        block = world.scene.ray_intersect_preliminary(starts.rays)
+        is_first = there.is_valid() & (~block.is_valid() | (there.t < block.t))
+        kept = dr.compress(is_first & (starts.brightest > 0))
+        if len(kept):
+            yield chunk[0].first + np.array(kept, np.int64), starts.some(kept)

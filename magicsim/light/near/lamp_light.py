@@ -11,14 +11,18 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse as sp
 
-from magicsim.arrays import Array, Numbers
+from magicsim.arrays import Array, Mask, Numbers
 from magicsim.light.backend import dr, mi
+from magicsim.light.frame.frame_light import kept_out
 from magicsim.light.near.near_object import radiance_of
 from magicsim.light.near.ports import BELOW_MM, Ports, rays_along
 from magicsim.light.records.recorded_paths import WEIGHT, RecordedPaths
+from magicsim.light.transport.light_field import LightField
+from magicsim.light.transport.light_pass import sum_tracks
+from magicsim.light.transport.light_starts import FIXED_POINT, ROOM_PART
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.world.loaded_scene import Outside
-from magicsim.light.world.names import FLASHLIGHT
+from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
 from magicsim.light.world.room_light import PassingLight, missed
 from magicsim.scenes.rig import Flashlight
 
@@ -56,6 +60,8 @@ class LampLight:
     disk: LampDisk
     brought: Array
     """What it brings to cells and voxels, shape (cells + voxels, 3)."""
+    change: Array
+    """That less what it hides of the room's light there, of the same shape."""
     glow: Array
     """Radiance of each pixel from there, shape (pixels, 3)."""
     lines: Any
@@ -88,10 +94,12 @@ class LampLight:
             ported: What each of them brings to cells and voxels, shape (cells + voxels, ports).
             lamp: Its size and place.
             light_x_mm: Shift of the lamp along x [mm].
-            particles: That it sends.
+            particles: That it sends, and a part of them the room.
             seed: Of these.
         """
         field = world.light_fields({FLASHLIGHT: particles}, seed=seed, outside=outside)[FLASHLIGHT]
+        shade = _shade(world, outside, max(1, particles // ROOM_PART), seed)
+        change = replace(field, fluence=field.fluence - shade.fluence, body=field.body - shade.body)
         disk, pixels = LampDisk.of(lamp, light_x_mm), np.arange(len(paths.direct), dtype=np.uint32)
         ends, around = replace(into, rings=1, sectors=1).lines(LINES, seed=0)  # these ways cover a disk evenly
         starts = np.array([lamp.x_mm + light_x_mm, lamp.y_mm, -lamp.distance_mm]) + lamp.radius_mm * around * [1, 1, 0]
@@ -111,10 +119,15 @@ class LampLight:
         rays.maxt = mi.Float((kept[:, 2] + lamp.distance_mm) / -kept[:, 5])
         return cls(
             disk=disk, brought=np.concatenate([field.fluence, field.body]),
-            glow=paths.glow(world.elements(field), pixels), lines=lines, sums=sums, ported=ported @ sums.sum(1).A1,
+            change=np.concatenate([change.fluence, change.body]),
+            glow=paths.glow(world.elements(change), pixels), lines=lines, sums=sums, ported=ported @ sums.sum(1).A1,
             rays=rays, weight=weight, owner=paths.owner[chosen],
             seen=weight * (np.array(lamp.radiance) - radiance_of(world.inventory.environment, rays)),
         )  # fmt: skip
+
+    def is_behind(self, lines: Any) -> Mask:
+        """Which lines that leave the face run into it, shape (lines,)."""
+        return np.array(self.disk.met(missed(lines)))
 
     def image(self, passing: PassingLight | None, scene: Any = None) -> Array:
         """Radiance that it adds to each pixel, less what it hides of the room, shape (pixels, 3).
@@ -141,3 +154,14 @@ class LampLight:
         stopped = ported @ (self.sums @ np.array(scene.ray_test(self.lines), np.float32))
         share = np.divide(stopped, self.ported, out=np.zeros_like(stopped), where=self.ported > 0)
         return np.asarray(share[:, None] * self.brought)
+
+
+def _shade(world: LitWorld, outside: Outside, particles: int, seed: int) -> LightField:
+    """Light of the room in the untouched block that a lamp alone outside keeps away."""
+    if ENVIRONMENT not in world.lights:
+        return world.darkness()
+    sent = world.sent(ENVIRONMENT, particles, seed=seed, outside=outside)
+    tracks = [world.light_pass(hidden) for _, hidden in kept_out(world, outside, sent)]
+    if not tracks:
+        return world.darkness()
+    return world.brought(sum_tracks(tracks), 1 / (FIXED_POINT * particles))

@@ -9,7 +9,7 @@ import numpy.typing as npt
 from magicsim.arrays import Array, Index, Mask, Numbers
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
-from magicsim.light.backend import aligned, dr, in_rows, mi, pointer
+from magicsim.light.backend import dr, floats, in_rows, mi, pointer
 from magicsim.light.near.ports import Ports
 from magicsim.light.records.recorded_paths import RecordedPaths, escaped, mirror_samples
 from magicsim.light.transport.path_starts import ObjectRays, object_rays
@@ -19,7 +19,8 @@ from magicsim.light.world.irradiance import IrradianceKernel, blended_kernel
 from magicsim.light.world.medium import leave
 from magicsim.light.world.names import OBJECT, PLACE
 from magicsim.light.world.room_light import missed
-from magicsim.light.world.scene_dict import in_group, mesh_shape
+from magicsim.light.world.scene_dict import in_group
+from magicsim.light.world.shapes import mesh_shape
 
 FAR_MM = 5.0
 """Gap from which pixels look at the object along all their rays."""
@@ -68,16 +69,17 @@ class NearObject:
         self.placed = SurfaceMesh(vertices=pose.to_sensor(self.mesh.vertices), faces=self.mesh.faces)
 
     def look(
-        self, block: Any, still: Any, room: Any, ports: Ports, lines: Any, light: RecordedLight, *, rays: int, seed: int
-    ) -> "Seen":
+        self, block: Any, room: Any, ports: Ports, lines: Any, behind: Array, light: RecordedLight, *, rays: int,
+        seed: int,
+    ) -> "Seen":  # fmt: skip
         """What the object's own rays, lines from the face, and particles that left the block meet.
 
         Args:
             block: The sensor's scene, with nothing before it.
-            still: What shines from all around where nothing else is, or None.
             room: What shines from all around in this frame, or None.
             ports: Of the light that leaves the face.
             lines: Lines from the face, mi.Ray3f.
+            behind: Radiance of the room that comes along these where no object is, shape (lines, 3).
             light: Of the strips, that left the untouched block.
             rays: Rays from the object's surface.
             seed: Of their pattern.
@@ -94,7 +96,7 @@ class NearObject:
         areas = np.bincount(sent.triangle, sent.area_mm2, len(self.mesh.faces))
         kernel = self._blended(self.placed)
         return Seen(
-            number=number[:count], triangle=triangle, share=share, now=now[:count], behind=radiance_of(still, lines),
+            number=number[:count], triangle=triangle, share=share, now=now[:count], behind=behind,
             free=free[:count], sent=sent, kernel=kernel, spread_mm2=kernel.spread(areas[:, None].astype(np.float32)),
             strips=self._by_particles(light, kernel),
         )  # fmt: skip
@@ -117,7 +119,7 @@ class NearObject:
         """
         if not len(paths.owner):
             return np.zeros((len(pixels), 3))
-        out, lit = (mi.Float(aligned(each, np.float32).ravel()) for each in (shining, irradiance))
+        out, lit = (floats(each) for each in (shining, irradiance))
         met = _mirrored(
             self.scene, block, room, pointer(self.object), self.finish, ports.met, out, lit, paths.rays,
             *paths.rays_of(pixels), dr.opaque(mi.UInt64, seed),
@@ -172,7 +174,7 @@ class Seen:
     now: Array
     """Radiance of the room behind everything along the object's rays, shape (object's rays, 3)."""
     behind: Array
-    """That along the lines, of the room where nothing else is, shape (lines, 3)."""
+    """That along the lines, where no object is, shape (lines, 3)."""
     free: Mask
     """Which of the object's rays meet nothing."""
     sent: ObjectRays

@@ -24,8 +24,7 @@ from magicsim.light.near.ports import Ports, rays_along
 from magicsim.light.records.recorded_paths import MOMENTS, WEIGHT, RecordedPaths, record_paths
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.transport.light_field import LightField, total
-from magicsim.light.transport.light_pass import FIXED_POINT
-from magicsim.light.transport.light_starts import LightStarts
+from magicsim.light.transport.light_starts import FIXED_POINT, LightStarts
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.path_record import PathRecord
 from magicsim.light.transport.path_starts import ObjectStarts
@@ -123,7 +122,10 @@ class NearTransport:
         if passing is not None:
             found = found + rest.paths.seen_of_room(passing, pixels)
         still = world.inventory.environment
-        passed = radiance_of(passing, self.lines)
+        passed, behind = (radiance_of(each, self.lines) for each in (passing, still))
+        if lamp is not None:  # what it hides of the room is part of its light
+            is_free = ~lamp.is_behind(self.lines)[:, None]
+            passed, behind = is_free * passed, is_free * behind
         if target is None:
             if passing is not None:
                 values = self._values(self._brought((self.sums @ passed)[: self.brought.shape[1]]))
@@ -133,9 +135,9 @@ class NearTransport:
         own = self.room + target.from_ports * self.strips
         disk = lamp.disk if lamp is not None else None
         now = _Room(still, passing, disk)
-        met = target.look(world.scene, still, now, self.ports, self.lines, rest.light, rays=OBJECT_RAYS, seed=stream)
+        met = target.look(world.scene, now, self.ports, self.lines, behind, rest.light, rays=OBJECT_RAYS, seed=stream)
         if lamp is not None:
-            own = own + self.leaving @ self._values(lamp.brought)
+            own = own + self.leaving @ self._values(lamp.change)
             hidden = lamp.hidden(target.scene, self.brought)
         lit = met.irradiance(own, np.zeros((len(target.mesh.faces), 3)))
         for _ in range(TURNS):

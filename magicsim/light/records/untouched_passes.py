@@ -1,7 +1,5 @@
 """Both passes in the untouched block: record what they meet and what leaves it, and follow what things send back."""
 
-from typing import Any
-
 import numpy as np
 
 from magicsim.arrays import Array
@@ -9,12 +7,11 @@ from magicsim.light.backend import dr, in_rows
 from magicsim.light.records.recorded_paths import RecordedPaths, record_paths
 from magicsim.light.records.untouched import Untouched
 from magicsim.light.transport.light_field import LightField, total
-from magicsim.light.transport.light_pass import FIXED_POINT
 from magicsim.light.transport.lit_world import LitWorld
 from magicsim.light.transport.path_record import PathRecord, Regions
-from magicsim.light.transport.path_starts import CameraStarts, ObjectStarts
+from magicsim.light.transport.path_starts import CameraStarts
 from magicsim.light.transport.recorded_light import LightRecord, RecordedLight
-from magicsim.light.transport.streams import LIGHT_BACK, MIRRORED, SEEDS_PER_RENDER
+from magicsim.light.transport.streams import LIGHT_BACK, SEEDS_PER_RENDER
 from magicsim.light.world.loaded_scene import Outside
 from magicsim.light.world.names import ENVIRONMENT
 
@@ -88,19 +85,9 @@ def recorded_paths(
     return record_paths(trace, pixels=pixels, centres_mm=centres, samples=samples, regions=regions)
 
 
-def follow_camera(
-    world: LitWorld, outside: Outside, starts: ObjectStarts, field: LightField, *, seed: int, room: Any = None
-) -> Array:
-    """Radiance that paths meet from where something outside has mirrored them on, shape (paths, 3)."""
-    stream = SEEDS_PER_RENDER * seed + MIRRORED
-    seen = world.camera_pass(field, starts, stream=stream, outside=outside, room=room)
-    return in_rows(seen)
-
-
 def follow_light(world: LitWorld, outside: Outside, light: RecordedLight, *, seed: int) -> LightField:
     """What the object sends back of recorded light: more fluence in the block, and irradiance on itself."""
     starts = light.met(outside, seed=SEEDS_PER_RENDER * seed + LIGHT_BACK)
     if starts is None:
         return world.darkness(outside)
-    tracks, scale = world.light_pass(starts, outside=outside), 1 / (FIXED_POINT * light.particles)
-    return world.deposited(tracks.cells[0] * scale, tracks.body[0] * scale, tracks.landed[0] * scale, outside)
+    return world.brought(world.light_pass(starts, outside=outside), 1 / (light.steps * light.particles), outside)

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from magicsim.arrays import Array
 from magicsim.geometry.elastomer import Elastomer
-from magicsim.light.backend import aligned, box_number, dr, mi
+from magicsim.light.backend import box_number, dr, floats, mi
 from magicsim.light.world.medium import classify, free_path
 from magicsim.light.world.shapes import Shapes
 
@@ -136,7 +136,7 @@ class Piecewise:
     @classmethod
     def of(cls, elements: Elements, *, is_change: bool) -> Self:
         """The field of arrays of NumPy."""
-        values, slopes, centres = (flat(each) for each in elements)
+        values, slopes, centres = (floats(each) for each in elements)
         return cls(values=values, slopes=slopes, centres=centres, is_change=is_change)
 
     def at(self, element: Any, point: Any, active: Any) -> Any:
@@ -186,11 +186,6 @@ class CachedLight:
     def on_object(self, triangle: Any, active: Any) -> Any:
         """Irradiance of a triangle of the object."""
         return mi.Color3f(*[dr.gather(mi.Float, self.irradiance, 3 * triangle + c, active) for c in range(3)])
-
-
-def flat(values: Array) -> Any:
-    """An array on the renderer's side, mi.Float of its size."""
-    return mi.Float(aligned(values, np.float32).ravel())
 
 
 def cell_elements(fluence: Array, centres_mm: Array | None, counts: tuple[int, int, int]) -> Elements:

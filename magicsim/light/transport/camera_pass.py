@@ -74,7 +74,7 @@ def gather_radiance(
             stream = starts.stream(index)
             sampler.seed(state + stream, FIRST_STREAM + stream)
             ray = starts.ray(index)
-            weight, in_body, depth = starts.weight(), starts.in_body(), mi.UInt32(starts.depth)
+            weight, in_body, depth = mi.Color3f(starts.weights), mi.Bool(starts.inside), mi.UInt32(starts.depth)
             collisions, waiting = mi.UInt32(0), mi.Bool(False)
             at.kind = mi.UInt32(NOWHERE)
             asked = mi.UInt32(starts.asked)

@@ -20,7 +20,7 @@ from scipy.ndimage import correlate1d
 from scipy.spatial import cKDTree
 
 from magicsim.arrays import Array, Index
-from magicsim.light.backend import aligned, columns, dr, in_rows, mi
+from magicsim.light.backend import aligned, columns, dr, floats, in_rows, mi
 from magicsim.light.transport.path_starts import ObjectStarts
 from magicsim.light.world.coated_face import CoatedFace, CoatLight, outward_bins
 from magicsim.light.world.coating import Coating
@@ -179,21 +179,15 @@ class CoatSolver:
         # What lamps bring to the face, and to the layers.
         straight = self._at_corners(places, normals, views)
         beside = self._received(self._straight(at_fine, by_sides=True), normals, views, *on_fine)
-        lobes0: Array | None = None
-        glow0: Array | None = None
-        points = at_wide
-        if is_cloudy:
-            layers = self._layers(at_wide)
-            points = np.concatenate([at_wide, layers])
-            glow0 = self._straight(layers).fluence
+        layers = self._layers(at_wide) if is_cloudy else at_wide[:0]
+        points = np.concatenate([at_wide, layers])
+        glow0 = self._straight(layers).fluence if is_cloudy else None
         own: tuple[Any, Array] = (np.arange(len(at_fine))[:, None], np.ones((len(at_fine), 1)))
-        if self.coating.is_wide:
-            lobes0 = self._outward(self._straight(at_fine), normals[fine.vertex], *own)
+        is_wide, facing = self.coating.is_wide, normals[fine.vertex]
+        lobes0 = self._outward(self._straight(at_fine), facing, *own) if is_wide else None
         corners = [(known + more[face.local]) for known, more in zip(straight, beside, strict=True)]
-        index = (rest_mm - fine.low) / fine.step
-        at_knots = index[face.local]
-        lobes: Any = lobes0
-        glow = glow0
+        at_knots = ((rest_mm - fine.low) / fine.step)[face.local]
+        lobes, glow = lobes0, glow0
         light = CoatLight.of(face.maps(np.concatenate([*corners, at_knots], -1)), lobes, fine.counts, shown=False)
         for number in range(ROUNDS):
             is_last = number == ROUNDS - 1
@@ -203,7 +197,7 @@ class CoatSolver:
             added = self._received(between, normals, views, *on_fine)
             values = [known + more[face.local] for known, more in zip(corners, added, strict=True)]
             if lobes0 is not None and not is_last:
-                lobes = lobes0 + self._outward(between, normals[fine.vertex], *own)
+                lobes = lobes0 + self._outward(between, facing, *own)
             if glow0 is not None:
                 glow = glow0 + seen.fluence[len(at_wide) :]
             maps = face.maps(np.concatenate([*values, at_knots], -1))
@@ -212,9 +206,8 @@ class CoatSolver:
 
     def _layers(self, on_coat: Array) -> Array:
         top = float(np.array(self.box.constants.top_mm)[0])
-        parts = (np.arange(LAYERS) + 0.5) / LAYERS
-        levels = [np.column_stack([on_coat[:, :2], on_coat[:, 2] + part * (top - on_coat[:, 2])]) for part in parts]
-        return np.concatenate(levels)
+        heights = [on_coat[:, 2] + part * (top - on_coat[:, 2]) for part in (np.arange(LAYERS) + 0.5) / LAYERS]
+        return np.concatenate([np.column_stack([on_coat[:, :2], each]) for each in heights])
 
     def _in_voxels(self, glow: Array | None, knots: Knots, on_coat: Array) -> Array | None:
         """Fluence of the voxels from that at the knots of all layers, linear between them."""
@@ -247,10 +240,8 @@ class CoatSolver:
                 count, nodes = len(points), len(fine)
                 lane = dr.arange(mi.UInt32, count * nodes)
                 place = dr.gather(mi.Point3f, mi.Point3f(*columns(points)), lane // nodes)
-                sample = mi.Point2f(
-                    *[dr.gather(mi.Float, mi.Float(aligned(fine[:, k], np.float32)), lane % nodes) for k in (0, 1)]
-                )
-                weight = dr.gather(mi.Float, mi.Float(aligned(fine[:, 2], np.float32)), lane % nodes)
+                sample = mi.Point2f(*[dr.gather(mi.Float, floats(fine[:, k]), lane % nodes) for k in (0, 1)])
+                weight = dr.gather(mi.Float, floats(fine[:, 2]), lane % nodes)
                 arriving = lights.arriving(mi.UInt32(row), place, sample, self.box)
                 seen = dr.select(arriving.unblocked(self.scene, mi.Bool(True)), arriving.light * weight, 0)
                 light = in_rows(seen, np.float32).reshape(count, nodes, 3)
@@ -286,7 +277,7 @@ class CoatSolver:
     def _received(self, seen: Seen, normals: Array, views: Any, knots: Array, shares: Array) -> list[Array]:
         lists = (
             [mi.UInt32(aligned(each, np.uint32)) for each in knots.T],
-            [mi.Float(aligned(each, np.float32)) for each in shares.T],
+            [floats(each) for each in shares.T],
         )
         ground, mirrored = _sent_on(self.coating, seen, mi.Vector3f(*columns(normals)), views, *lists)
         return [in_rows(each) for each in (ground, mirrored)]
@@ -307,7 +298,7 @@ class CoatSolver:
         place = mi.Point3f(*columns(places[index] + LIFT_MM * corner))
         view = dr.gather(mi.Vector3f, views, mi.UInt32(aligned(index, np.uint32)))
         for lights in self.coating.lights:
-            nodes = [mi.Float(aligned(each, np.float32)) for each in lights.nodes().T]
+            nodes = [floats(each) for each in lights.nodes().T]
             for row in lights.straight:
                 clear = self._clear(lights, row, places + LIFT_MM * normals, normals)
                 found = _integrated(
@@ -320,12 +311,8 @@ class CoatSolver:
 
     def _clear(self, lights: Strips | Lamps, row: int, places: Array, normals: Array) -> Array:
         """Share of the light of one row that nothing keeps from vertices, shape (vertices,)."""
-        if isinstance(lights, Strips):
-            count, (along, across) = len(places), SHADOW
-            nodes, shape = along * across, SHADOW
-        else:
-            count, nodes = len(places), min(lights.count, SHADOW[0] * SHADOW[1])
-            shape = (nodes, 1)
+        shape = SHADOW if isinstance(lights, Strips) else (min(lights.count, SHADOW[0] * SHADOW[1]), 1)
+        count, nodes = len(places), shape[0] * shape[1]
         lane = dr.arange(mi.UInt32, count * nodes)
         numbers = mi.PCG32(size=count * nodes)
         node = lane % nodes
@@ -364,12 +351,8 @@ def _spline(wide: Knots, fine: Knots, axis: int) -> Array:
 
 
 def _seen(ways: Array, light: Array) -> Seen:
-    each = light.shape[1]
-    return Seen(
-        directions=mi.Vector3f(*columns(ways.reshape(-1, 3))),
-        light=mi.Color3f(*columns(light.reshape(-1, 3))),
-        each=each,
-    )
+    directions, seen = mi.Vector3f(*columns(ways.reshape(-1, 3))), mi.Color3f(*columns(light.reshape(-1, 3)))
+    return Seen(directions=directions, light=seen, each=light.shape[1])
 
 
 def _merged(light: Array, ways: Array) -> tuple[Array, Array]:

@@ -35,8 +35,6 @@ from magicsim.light.world.medium import (
 from magicsim.light.world.next_hit import NOWHERE, Whereabouts, next_hit, whereabouts
 from magicsim.light.world.shapes import Shapes
 
-FIXED_POINT = 2.0**24
-"""Integer steps per unit of (relative weight x mm)."""
 LARGEST_SUM = 2.0**63
 """Half of what the integers hold."""
 ROULETTE_DEPTH = 32
@@ -45,22 +43,8 @@ SEQUENCE = 2**32
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Balance:
-    """Flux of each channel, shape (3,), summed over a chunk's particles."""
-
-    emitted: Array
-    clear_body: Array
-    """Absorbed in body and lens plate where they are clear; what scatters absorbs sigma_a times its track lengths."""
-    surfaces: Array
-    """Absorbed by object and LED strips."""
-    escaped: Array
-    ended: Array
-    """Lost with paths that were ended, less what roulette gave to others: zero in the mean."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Tracks:
-    """What particles left behind: flux times `FIXED_POINT` times the number of all particles, as integers."""
+    """What particles left behind: flux times the steps of their light times the number of all of them, as integers."""
 
     cells: Counts
     """Flux x path length in each infill cell, shape (lights, cells, 3) [mm]."""
@@ -68,18 +52,15 @@ class Tracks:
     """Flux x path length in each voxel of the body, shape (lights, voxels, 3) [mm]; one voxel where it is clear."""
     landed: Counts
     """Flux on each of the object's triangles, shape (lights, triangles, 3)."""
-    balance: Balance | None
-    """Where the light went, if that was asked for."""
+    balance: dict[str, Array] | None = None
+    """Flux of each channel, shape (3,), summed over a chunk's particles: `emitted`, absorbed in a `clear_body` and by
+    `surfaces`, `escaped`, and `ended`; if that was asked for."""
 
 
 def sum_tracks(parts: Sequence[Tracks]) -> Tracks:
     """Sum of several chunks, without their accounts of light; `RenderError` where integers have too few digits."""
-    return Tracks(
-        cells=_added([part.cells for part in parts]),
-        body=_added([part.body for part in parts]),
-        landed=_added([part.landed for part in parts]),
-        balance=None,
-    )
+    cells, body, landed = (_added([getattr(part, name) for part in parts]) for name in ("cells", "body", "landed"))
+    return Tracks(cells=cells, body=body, landed=landed)
 
 
 def _added(parts: Sequence[Counts]) -> Counts:
@@ -107,7 +88,7 @@ def deposit_tracks(
     end, number, stride = mi.UInt32(starts.count), dr.arange(mi.UInt32, lanes), dr.opaque(mi.UInt32, lanes)
     # State of each lane: its particle, the sums of weight x length, where the light goes.
     sampler = mi.PCG32(size=1, initstate=mi.UInt64(number))
-    ray, weight, brightest = dr.zeros(mi.Ray3f, lanes), mi.Color3f(0.0), mi.Float(0)
+    ray, weight, brightest, steps = dr.zeros(mi.Ray3f, lanes), mi.Color3f(0.0), mi.Float(0), mi.Float(0)
     sizes = [shapes.cells, voxels.count if voxels is not None else 1, shapes.object_triangles]
     deposits, clouded, landed = (dr.zeros(mi.UInt64, copied(3 * size * lights)) for size in sizes)
     cells, boxes, triangles, deepest = (dr.opaque(mi.UInt32, number) for number in (*sizes, max_depth))
@@ -129,6 +110,7 @@ def deposit_tracks(
             ray = starts.ray(number, there)
             weight = dr.gather(mi.Color3f, starts.weights, number, there)
             brightest = dr.gather(mi.Float, starts.brightest, number, there)
+            steps = dr.gather(mi.Float, starts.steps, number, there)
             light = dr.gather(mi.UInt32, starts.places, number, there)
             in_body, depth = dr.gather(mi.Bool, starts.inside, number, there), mi.UInt32(0)
             at.kind = mi.UInt32(NOWHERE)
@@ -150,7 +132,7 @@ def deposit_tracks(
         cell += light * cells
         # Most lights have one colour, and adding nothing takes as long as adding something.
         for channel in range(3):
-            amount = mi.UInt64(weight[channel] * length * FIXED_POINT)
+            amount = mi.UInt64(weight[channel] * length * steps)
             dr.scatter_add(deposits, amount, cell * 3 + channel, active & segment.in_infill & (amount > 0))
         scatter = segment.in_infill & (sampler.next_float32(active) > transmitted)
         way = free_path(sampler.next_float32(active), transmitted, infill.sigma_t)
@@ -168,7 +150,7 @@ def deposit_tracks(
             body_length = (1 - passed) / body.sigma_t
             place = light * boxes + voxels.index(ray(body_way))
             for channel in range(3):
-                amount = mi.UInt64(weight[channel] * body_length * FIXED_POINT)
+                amount = mi.UInt64(weight[channel] * body_length * steps)
                 dr.scatter_add(clouded, amount, place * 3 + channel, active & crossed & (amount > 0))
             collide = crossed & (sampler.next_float32(active) > passed)
             clear_mm = dr.select(collide, begin, si.t - stretch)
@@ -196,7 +178,7 @@ def deposit_tracks(
         opaque = active & segment.opaque & ~scatter
         triangle = light * triangles + si.prim_index
         for channel in range(3):
-            amount = mi.UInt64(weight[channel] * FIXED_POINT)
+            amount = mi.UInt64(weight[channel] * steps)
             dr.scatter_add(landed, amount, triangle * 3 + channel, opaque & (si.shape == object_pointer))
         if dr.hint(opaque, mode="symbolic"):
             bs, value = si.bsdf(ray).sample(context, si, sample1, sample2, opaque)
@@ -244,5 +226,5 @@ def deposit_tracks(
         cells=np.array(deposits)[: 3 * lights * sizes[0]].reshape(lights, -1, 3),
         body=np.array(clouded)[: 3 * lights * sizes[1]].reshape(lights, -1, 3),
         landed=np.array(landed)[: 3 * lights * sizes[2]].reshape(lights, -1, 3),
-        balance=Balance(**dict(zip(names, account, strict=True))) if balance else None,
+        balance=dict(zip(names, account, strict=True)) if balance else None,
     )

@@ -1,5 +1,6 @@
 """Where light particles start: on a light, or outside the block where recorded ones meet what stands there."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
@@ -12,10 +13,19 @@ CHUNK = 500_000
 """Particles traced at once: bounds the memory, does not change the result."""
 TURNS = 8
 """Particles that a lane traces one after the other: 8 to 32 take the same time, 1 a third more."""
+FIXED_POINT = 2.0**24
+"""Integer steps per unit of (weight x mm) in which particles leave light behind, see `light_pass`."""
+FAINT = 2.0**-10
+"""Weight below which particles need more steps than these."""
 ROOM_PART = 4
 """The room gets the strips' particles divided by this: it brings a fraction of their light."""
 ROUND_OBJECT = 0.5
 """Particles of the room's beam around an object for each one of the beam through the opening."""
+
+
+def steps_of(brightest: float) -> float:
+    """Integer steps that are fine enough for particles of this weight."""
+    return FIXED_POINT * 2.0 ** max(0, math.ceil(math.log2(FAINT / brightest))) if brightest > 0 else FIXED_POINT
 
 
 class Sent(NamedTuple):
@@ -37,6 +47,8 @@ class Sent(NamedTuple):
     """Part of the light that comes from all around, or None where it does not."""
     weight: float = 1.0
     """Weight of each particle: that of a light's particles over those of this beam of it."""
+    steps: float = FIXED_POINT
+    """See `steps_of`."""
 
 
 @dataclass(slots=True, kw_only=True)
@@ -47,6 +59,8 @@ class LightStarts:
     weights: Any
     brightest: Any
     """Brightest channel of the weight with which each was sent out."""
+    steps: Any
+    """Integer steps per unit of weight x mm of each one's light, mi.Float."""
     seeds: Any
     """Where each one's random numbers start, mi.UInt64."""
     streams: Any
@@ -64,42 +78,44 @@ class LightStarts:
     def emitted(cls, parts: Sequence[Sent]) -> Self:
         """Starts of the particles of some lights."""
         found = [_first_rays(part) for part in parts]
-        rays, weights, brightest, seeds, streams, places, inside = zip(*found, strict=True)
+        rays, weights, *others = zip(*found, strict=True)
         total = sum(part.particles for part in parts)
         origins, directions, carried = (
             [dr.concat([one[axis] for one in each]) for axis in range(3)]
             for each in ([ray.o for ray in rays], [ray.d for ray in rays], weights)
         )
+        brightest, steps, seeds, streams, places, inside = (dr.concat(each) for each in others)
         return cls(
             rays=mi.Ray3f(mi.Point3f(*origins), mi.Vector3f(*directions)), weights=mi.Color3f(*carried),
-             brightest=dr.concat(brightest), seeds=dr.concat(seeds),
-            streams=dr.concat(streams), places=dr.concat(places), inside=dr.concat(inside),
+            brightest=brightest, steps=steps, seeds=seeds, streams=streams, places=places, inside=inside,
             count=dr.opaque(mi.UInt32, total), particles=total,
         )  # fmt: skip
 
     @classmethod
-    def escaped(cls, numbers: Any, rays: Any, weights: Any, brightest: Any, *, seed: int) -> Self:
+    def escaped(
+        cls, numbers: Any, rays: Any, weights: Any, brightest: Any, *, seed: int, steps: float = FIXED_POINT
+    ) -> Self:
         """Starts of particles that left the untouched block and meet something outside; each has its own number."""
         size = dr.width(numbers)
         # Numbers of its own for each particle, whichever others meet something.
         streams = mi.UInt64(numbers)
         starts = cls(
-            rays=rays, weights=weights, brightest=brightest, seeds=dr.opaque(mi.UInt64, seed) + streams,
-            streams=streams, places=dr.zeros(mi.UInt32, size), inside=dr.zeros(mi.Bool, size),
-            count=dr.opaque(mi.UInt32, size), particles=size,
+            rays=rays, weights=weights, brightest=brightest, steps=dr.opaque(mi.Float, steps, size),
+            seeds=dr.opaque(mi.UInt64, seed) + streams, streams=streams, places=dr.zeros(mi.UInt32, size),
+            inside=dr.zeros(mi.Bool, size), count=dr.opaque(mi.UInt32, size), particles=size,
         )  # fmt: skip
         dr.eval(starts)
         return starts
 
     def some(self, kept: Any) -> Self:
         """Some of these particles, by their places, mi.UInt32."""
-        rays = self.rays
+        kinds = {
+            "weights": mi.Color3f, "brightest": mi.Float, "steps": mi.Float, "seeds": mi.UInt64, "streams": mi.UInt64,
+            "places": mi.UInt32, "inside": mi.Bool,
+        }  # fmt: skip
         starts = type(self)(
-            rays=mi.Ray3f(dr.gather(mi.Point3f, rays.o, kept), dr.gather(mi.Vector3f, rays.d, kept)),
-            weights=dr.gather(mi.Color3f, self.weights, kept), brightest=dr.gather(mi.Float, self.brightest, kept),
-            seeds=dr.gather(mi.UInt64, self.seeds, kept), streams=dr.gather(mi.UInt64, self.streams, kept),
-            places=dr.gather(mi.UInt32, self.places, kept), inside=dr.gather(mi.Bool, self.inside, kept),
-            count=dr.opaque(mi.UInt32, len(kept)), particles=len(kept),
+            rays=self.ray(kept, True), count=dr.opaque(mi.UInt32, len(kept)), particles=len(kept),
+            **{name: dr.gather(kind, getattr(self, name), kept) for name, kind in kinds.items()},
         )  # fmt: skip
         dr.eval(starts)
         return starts
@@ -127,18 +143,12 @@ def _first_rays(part: Sent) -> tuple[Any, ...]:
         places = mi.Point2f(u[0], u[1]), mi.Point2f(u[2], u[3])
         ray, weight = part.emitter.sample_ray(mi.Float(0), mi.Float(0.5), *places)
     weight = mi.Color3f(weight)
-    of_light = mi.UInt32(0) + dr.opaque(mi.UInt32, part.place, part.particles)
-    inside = dr.opaque(mi.Bool, part.inside, part.particles)
-    seeds = dr.opaque(mi.UInt64, part.seed) + number
     found = (
-        mi.Ray3f(ray),
-        weight + dr.zeros(mi.Color3f, part.particles),
-        dr.max(weight),
-        seeds,
-        stream,
-        of_light,
-        inside,
-    )
+        mi.Ray3f(ray), weight + dr.zeros(mi.Color3f, part.particles), dr.max(weight),
+        dr.opaque(mi.Float, part.steps, part.particles), dr.opaque(mi.UInt64, part.seed) + number, stream,
+        mi.UInt32(0) + dr.opaque(mi.UInt32, part.place, part.particles),
+        dr.opaque(mi.Bool, part.inside, part.particles),
+    )  # fmt: skip
     dr.eval(found)
     return found
 

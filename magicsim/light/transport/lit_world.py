@@ -10,7 +10,7 @@ from magicsim.arrays import Array, Numbers
 from magicsim.camera.camera import Window
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.backend import dr, in_rows, mi
+from magicsim.light.backend import dr, floats, in_rows, mi
 from magicsim.light.transport.cached_light import (
     BodyPart,
     CachedLight,
@@ -20,19 +20,19 @@ from magicsim.light.transport.cached_light import (
     body_elements,
     body_voxels,
     cell_elements,
-    flat,
 )
 from magicsim.light.transport.camera_pass import gather_radiance
 from magicsim.light.transport.coat_light import CoatSolver
 from magicsim.light.transport.light_field import LightField, total
-from magicsim.light.transport.light_pass import FIXED_POINT, Tracks, deposit_tracks, sum_tracks
-from magicsim.light.transport.light_starts import ROOM_PART, ROUND_OBJECT, LightStarts, Sent, chunks
+from magicsim.light.transport.light_pass import Tracks, deposit_tracks, sum_tracks
+from magicsim.light.transport.light_starts import ROOM_PART, ROUND_OBJECT, LightStarts, Sent, chunks, steps_of
 from magicsim.light.transport.path_record import PathRecord
 from magicsim.light.transport.path_starts import CameraStarts, ObjectStarts, PathStarts, object_rays
 from magicsim.light.transport.recorded_light import LightRecord
 from magicsim.light.transport.streams import COAT, ON_OBJECT, ROOM_ON_OBJECT, SEEDS_PER_RENDER
 from magicsim.light.world.coated_face import CoatLight
 from magicsim.light.world.inventory import Inventory
+from magicsim.light.world.lamp_shapes import brightest_weight
 from magicsim.light.world.loaded_scene import Outside, World
 from magicsim.light.world.medium import Constants, Media
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
@@ -136,7 +136,9 @@ class LitWorld(World):
                 for chunk in chunks(sent)
             ]
         )
-        scales = 1 / (FIXED_POINT * np.array(list(lit.values()), float)[:, None, None])
+        steps = {each.place: each.steps for each in sent}
+        counts = [steps[place] * count for place, count in enumerate(lit.values())]
+        scales = 1 / np.array(counts, float)[:, None, None]
         # One product for all lights: reading the kernel costs more than using it.
         irradiance = self.inventory.irradiance(shapes, np.concatenate(list(tracks.landed * scales), 1))
         fluence, body = tracks.cells * scales / self.inventory.volumes_mm3(), tracks.body * scales
@@ -147,6 +149,10 @@ class LitWorld(World):
             for place, name in enumerate(lit)
         }
 
+    def brought(self, tracks: Tracks, scale: float, outside: Outside | None = None) -> LightField:
+        """The light field of what particles of one light left behind, each step of which counts as much as `scale`."""
+        return self.deposited(tracks.cells[0] * scale, tracks.body[0] * scale, tracks.landed[0] * scale, outside)
+
     def deposited(self, cells: Array, body: Array, landed: Array, outside: Outside | None = None) -> LightField:
         """The light field of what particles left behind: flux x path length in cells and voxels, flux on triangles."""
         irradiance = self.inventory.irradiance(self.inventory.shapes(outside), landed)
@@ -155,9 +161,10 @@ class LitWorld(World):
     def sent(self, name: str, count: int, *, seed: int, place: int = 0, outside: Outside | None = None) -> list[Sent]:
         """What one light sends out: the room one beam, and a second one with fewer particles around an object."""
         stream = SEEDS_PER_RENDER * seed + 1 + self.inventory.lights(outside).index(name)
-        first = Sent(self.inventory.emitter(name, outside), 0, count, stream, name in self._inside, place)
+        emitter = self.inventory.emitter(name, outside)
+        first = Sent(emitter, 0, count, stream, name in self._inside, place)
         if name != ENVIRONMENT:
-            return [first]
+            return [first._replace(steps=steps_of(brightest_weight(emitter)))]
         fewer = max(1, round(ROUND_OBJECT * count))
         around = first._replace(particles=fewer, seed=SEEDS_PER_RENDER * seed + ROOM_ON_OBJECT, weight=count / fewer)
         parts = zip((first, around), self.inventory.beams(outside), strict=False)
@@ -199,35 +206,10 @@ class LitWorld(World):
 
     def light_pass(
         self, starts: LightStarts, *, lights: int = 1, outside: Outside | None = None,
-        record: LightRecord | None = None,
+        record: LightRecord | None = None, media: Media | None = None, balance: bool = False,
     ) -> Tracks:  # fmt: skip
-        """What particles leave behind."""
-        media = self.media if self._followed else self.media.reduced
-        return self._tracks(starts, media, lights=lights, outside=outside, record=record)
-
-    def balance(self, name: str, *, particles: int, seed: int) -> dict[str, float]:
-        """Where the flux of one light goes, summed over channels: `emitted`, `absorbed`, `escaped`, and `ended`.
-
-        The last is what ended paths still carried less what roulette gave to others, zero in the mean.
-        """
-        starts = LightStarts.emitted([each._replace(seed=seed) for each in self.sent(name, particles, seed=0)])
-        media = self.media.reduced
-        tracks = self._tracks(starts, media, balance=True)
-        account = tracks.balance
-        assert account is not None
-        scattered = media.infill.sigma_a * tracks.cells.sum() + media.body.sigma_a * tracks.body.sum()
-        absorbed = scattered / FIXED_POINT + account.clear_body.sum() + account.surfaces.sum()
-        return {
-            "emitted": float(account.emitted.sum()),
-            "absorbed": float(absorbed),
-            "escaped": float(account.escaped.sum()),
-            "ended": float(account.ended.sum()),
-        }
-
-    def _tracks(
-        self, starts: LightStarts, media: Media, *, lights: int = 1, outside: Outside | None = None,
-        record: LightRecord | None = None, balance: bool = False,
-    ) -> Tracks:  # fmt: skip
+        """What particles leave behind; `balance` keeps account of where their light goes."""
+        media = media or (self.media if self._followed else self.media.reduced)
         depths = [medium.sigma_s * medium.reduced.sigma_s * media.top_mm**2 for medium in (media.body, media.infill)]
         scene, shapes = self._traced(outside)
         tracks: Tracks = deposit_tracks(
@@ -235,6 +217,19 @@ class LitWorld(World):
             max_depth=int(LIGHT_DEPTH + DIFFUSION * max(depths)), balance=balance, record=record,
         )  # fmt: skip
         return tracks
+
+    def balance(self, name: str, *, particles: int, seed: int) -> dict[str, float]:
+        """Where the flux of one light goes, summed over channels: `emitted`, `absorbed`, `escaped`, and `ended`.
+
+        The last is what ended paths still carried less what roulette gave to others, zero in the mean.
+        """
+        sent, media = [each._replace(seed=seed) for each in self.sent(name, particles, seed=0)], self.media.reduced
+        tracks = self.light_pass(LightStarts.emitted(sent), media=media, balance=True)
+        assert tracks.balance is not None
+        account = {kind: float(flux.sum()) for kind, flux in tracks.balance.items()}
+        scattered = media.infill.sigma_a * tracks.cells.sum() + media.body.sigma_a * tracks.body.sum()
+        absorbed = float(scattered) / sent[0].steps + account["clear_body"] + account["surfaces"]
+        return {kind: account[kind] for kind in ("emitted", "escaped", "ended")} | {"absorbed": absorbed}
 
     def _traced(self, outside: Outside | None, room: Any = None) -> tuple[Any, Shapes]:
         """Scene that a pass follows its rays in, and its shapes by their role."""
@@ -311,19 +306,15 @@ class LitWorld(World):
 
     def elements(self, field: LightField) -> Elements:
         """Light in the cells and then in the voxels of a body that scatters, as camera paths look it up."""
-        parts, part = [self._cells(field)], self.body_part()
-        if self.voxels is not None and part is not None:
-            parts.append(body_elements(field.body, part, self.voxels))
-        return Elements(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+        return Elements(*(np.concatenate(each) for each in zip(*self._elements(field), strict=True)))
 
-    def _cells(self, field: LightField) -> Elements:
-        grid = self.inventory.grid()
-        return cell_elements(field.fluence, grid.centres_mm if grid is not None else None, self.counts)
+    def _elements(self, field: LightField) -> list[Elements]:
+        grid, part = self.inventory.grid(), self.body_part()
+        cells = cell_elements(field.fluence, grid.centres_mm if grid is not None else None, self.counts)
+        return [cells] if self.voxels is None or part is None else [cells, body_elements(field.body, part, self.voxels)]
 
     def _cached(self, field: LightField, *, is_change: bool, steps: int) -> CachedLight:
-        part, body = self.body_part(), None
-        if self.voxels is not None and part is not None:
-            elements = body_elements(field.body, part, self.voxels)
-            body = VoxelField(voxels=self.voxels, field=Piecewise.of(elements, is_change=is_change), steps=steps)
-        cells = Piecewise.of(self._cells(field), is_change=is_change)
-        return CachedLight(cells=cells, body=body, irradiance=flat(field.irradiance))
+        cells, *body = (Piecewise.of(each, is_change=is_change) for each in self._elements(field))
+        voxels = self.voxels
+        inside = VoxelField(voxels=voxels, field=body[0], steps=steps) if voxels is not None else None
+        return CachedLight(cells=cells, body=inside, irradiance=floats(field.irradiance))

@@ -188,10 +188,8 @@ class PathRecord:
         segments, escapes = (int(count[0]) for count in (self.segment_count, self.escape_count))
         if segments > int(self.segment_room[0]) or escapes > int(self.escape_room[0]):
             return None
-        per_lane = STEPS * int(self.turns[0])
-        numbers = np.array(self.segments)[:segments]
-        order = np.argsort(numbers)
-        ways = (numbers[order] // per_lane, np.array(self.elements)[order], np.array(self.gains).reshape(-1, 4)[order])
-        numbers = np.array(self.escapes)[:escapes]
-        order = np.argsort(numbers)
-        return ways, (numbers[order] // per_lane, np.array(self.rays).reshape(-1, 8)[order])
+        numbers = [np.array(self.segments)[:segments], np.array(self.escapes)[:escapes]]
+        orders = [np.argsort(each) for each in numbers]
+        lanes = [each[order] // (STEPS * int(self.turns[0])) for each, order in zip(numbers, orders, strict=True)]
+        ways = (lanes[0], np.array(self.elements)[orders[0]], np.array(self.gains).reshape(-1, 4)[orders[0]])
+        return ways, (lanes[1], np.array(self.rays).reshape(-1, 8)[orders[1]])

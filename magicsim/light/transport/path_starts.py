@@ -49,6 +49,10 @@ class CameraStarts:
     begin: Any
     end: Any
     """Numbers of the samples that are traced, mi.UInt32 of size 1."""
+    weights: float = 1.0
+    """Weight of each path at its start."""
+    inside: bool = False
+    """Whether paths start inside the body."""
     depth: int = 0
     """Interactions before the start."""
     asked: int = 0
@@ -88,14 +92,6 @@ class CameraStarts:
         sampled = self.sensor.sample_ray(mi.Float(0), mi.Float(0.5), position, mi.Point2f(0.5, 0.5))
         return mi.Ray3f(sampled[0])
 
-    def weight(self) -> Any:
-        """Weight of each path at its start."""
-        return mi.Color3f(1.0)
-
-    def in_body(self) -> Any:
-        """Whether each path starts inside the body."""
-        return mi.Bool(False)
-
 
 @dataclass(slots=True, kw_only=True)
 class ObjectStarts:
@@ -127,14 +123,6 @@ class ObjectStarts:
     def ray(self, _index: Any) -> Any:
         """The first ray of each lane's path."""
         return mi.Ray3f(self.rays)
-
-    def weight(self) -> Any:
-        """Weight of each path at its start."""
-        return mi.Color3f(self.weights)
-
-    def in_body(self) -> Any:
-        """Whether each path starts inside the body."""
-        return mi.Bool(self.inside)
 
 
 PathStarts = CameraStarts | ObjectStarts

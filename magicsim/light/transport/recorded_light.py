@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.light.backend import columns, dr, mi, pointer
-from magicsim.light.transport.light_starts import LightStarts
+from magicsim.light.transport.light_starts import LightStarts, steps_of
 from magicsim.light.world.loaded_scene import Outside
 
 FLOATS = 12
@@ -75,6 +75,8 @@ class RecordedLight:
     """Number of the particle of each."""
     particles: int
     """Sent out by each light."""
+    steps: float
+    """See `steps_of`."""
 
     @classmethod
     def of(cls, escapes: npt.NDArray[np.float32], owners: npt.NDArray[np.uint32], particles: int) -> Self:
@@ -86,6 +88,7 @@ class RecordedLight:
             brightest=column[9],
             owners=owners,
             particles=particles,
+            steps=steps_of(float(escapes[:, 9].max(initial=0))),
         )
 
     def escapes(self) -> npt.NDArray[np.float32]:
@@ -106,5 +109,10 @@ class RecordedLight:
             return None
         rays = mi.Ray3f(dr.gather(mi.Point3f, self.rays.o, kept), dr.gather(mi.Vector3f, self.rays.d, kept))
         return LightStarts.escaped(
-            kept, rays, dr.gather(mi.Color3f, self.weights, kept), dr.gather(mi.Float, self.brightest, kept), seed=seed
+            kept,
+            rays,
+            dr.gather(mi.Color3f, self.weights, kept),
+            dr.gather(mi.Float, self.brightest, kept),
+            seed=seed,
+            steps=self.steps,
         )

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from magicsim.arrays import Array, Index
-from magicsim.light.backend import aligned, columns, dr, mi
+from magicsim.light.backend import columns, dr, floats, mi
 
 UPWARDS, AROUND = 8, 16
 """Directions in which it is kept what facets send out: heights, and angles at each."""
@@ -96,9 +96,9 @@ class CoatLight:
     @classmethod
     def of(cls, maps: Array, lobes: Array | None, counts: tuple[int, int], *, shown: bool) -> Self:
         """Light from arrays of NumPy."""
-        flat = mi.Color3f(*columns(lobes.reshape(-1, 3))) if lobes is not None else None
+        sent = mi.Color3f(*columns(lobes.reshape(-1, 3))) if lobes is not None else None
         sizes = tuple(dr.opaque(mi.UInt32, count) for count in counts)
-        return cls(maps=mi.Float(aligned(maps, np.float32).ravel()), lobes=flat, counts=sizes, shown=shown)
+        return cls(maps=floats(maps), lobes=sent, counts=sizes, shown=shown)
 
     def sent(self, si: Any, color: Any, straight: Any, active: Any) -> Any:
         """Radiance of the coat where paths meet it, mi.Color3f, some of which come straight from the camera."""

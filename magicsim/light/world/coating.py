@@ -14,11 +14,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from magicsim.arrays import Array
 from magicsim.geometry.coat import HalfMirror, OpaqueCoat
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.face_paint import face_paint
-from magicsim.light.backend import aligned, dr, mi
+from magicsim.light.backend import OfMesh, dr, floats, mi
 from magicsim.light.world.coated_face import CoatedFace, CoatLight, affine_maps
 from magicsim.light.world.medium import Constants, Segment, leave
 from magicsim.light.world.scene_dict import lights_inside
@@ -252,7 +251,7 @@ class FaceCoating:
             film = dr.opaque(mi.Float, coat.reflectance), dr.opaque(mi.Float, coat.transmittance)
         self._plate_mm, self._inside = design.height_mm + rig.lens.thickness_mm, tuple(lights_inside(rig))
         self._anywhere = Coating(
-            maps=None, texels=mi.Float(aligned(texels, np.float32).ravel()), columns=texels.shape[1],
+            maps=None, texels=floats(texels), columns=texels.shape[1],
             rows=texels.shape[0], specular=dr.opaque(mi.Float, specular), roughness=dr.opaque(mi.Float, roughness),
             film=film, plate_mm=dr.opaque(mi.Float, self._plate_mm), is_wide=specular > 0 and roughness >= WIDE,
             lights=[], half_mm=(half[0], half[1]),
@@ -264,8 +263,7 @@ class FaceCoating:
         self._faces = faces
         self._rest_mm = vertices[:, :2]
         self._places = (vertices[:, :2] - origin) / pixel
-        self._positions: Any = None
-        self._coating: Coating | None = None
+        self._coating = OfMesh(self._mapped)
 
     @classmethod
     def of(cls, elastomer: Elastomer, rig: Rig) -> Self | None:
@@ -281,14 +279,13 @@ class FaceCoating:
 
     def on(self, body: Any, scene: Any) -> Coating:
         """The coating of the body's mesh and the lights of the scene as they are now."""
-        positions = mi.traverse(body)["vertex_positions"]
-        if self._coating is None or self._positions.index != positions.index:
-            self._coating, self._positions = self._mapped(mesh_of(body).vertices), mi.Float(positions)
-        return replace(self._coating, lights=straight_lights(scene, self._inside, self._plate_mm))
+        now: Coating = self._coating.of(body)
+        return replace(now, lights=straight_lights(scene, self._inside, self._plate_mm))
 
-    def _mapped(self, vertices: Array) -> Coating:
+    def _mapped(self, body: Any) -> Coating:
+        vertices = mesh_of(body).vertices
         maps = np.zeros((len(self._faces), 2, 4))
         maps[:, :, 3] = NOT_ON_FACE
         faces = self._faces[self._is_face]
         maps[self._is_face] = affine_maps(vertices[faces], self._places[faces])
-        return replace(self._anywhere, maps=mi.Float(aligned(maps, np.float32).ravel()))
+        return replace(self._anywhere, maps=floats(maps))

@@ -10,15 +10,15 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
-from magicsim.light.backend import aligned, mi
+from magicsim.light.backend import OfMesh, aligned, mi
 from magicsim.light.cells.cell_faces import CellFaces, cell_faces
 from magicsim.light.cells.cell_topology import CellTopology
-from magicsim.light.flaws.scatterers import HeldScatterers
+from magicsim.light.flaws.scatterers import held_scatterers
+from magicsim.light.world import names
 from magicsim.light.world.coated_face import CoatedFace
 from magicsim.light.world.coating import FaceCoating
 from magicsim.light.world.irradiance import SMOOTHING_MM, IrradianceKernel, irradiance_kernel, widened
 from magicsim.light.world.loaded_scene import Outside
-from magicsim.light.world.names import BODY, ENVIRONMENT, FLASHLIGHT, GHOST, HOUSING, INFILL, OBJECT, PLACE
 from magicsim.light.world.room_light import Beam, room_beams, surroundings
 from magicsim.light.world.shapes import Shapes, lights, mesh_of, shape_named, wetted
 from magicsim.scenes.rig import Rig
@@ -57,17 +57,16 @@ class Inventory:
 
         The object is in its own frame: its smoothing must not depend on the pose that is rendered first.
         """
-        self._scene, self._body, self._infill = scene, block[BODY], block.get(INFILL)
+        self._scene, self._body, self._infill = scene, block[names.BODY], block.get(names.INFILL)
         self.environment = surroundings(scene.environment(), rig)
         """What shines from all around, or None."""
         self._object_mesh = own_mesh
         self._triangles_per_cell = max(elastomer.triangles_per_cell, 1)
         self._topology, self._fused = CellTopology.of(elastomer), (fused := elastomer.fused)
-        self._positions: Any = None
-        self._grid: GridState | None = None
+        self._grid = OfMesh(self._deformed)
         self._kernels: dict[tuple[bool, int], IrradianceKernel] = {}
         self._openings = mi.UInt32(aligned(fused.beyond, np.uint32)) if fused is not None else None
-        self._coating, self._scatterers = FaceCoating.of(elastomer, rig), HeldScatterers.of(elastomer)
+        self._coating, self._scatterers = FaceCoating.of(elastomer, rig), held_scatterers(elastomer)
 
     def shapes(self, outside: Outside | None = None, room: Any = None) -> Shapes:
         """The scene's shapes by their role; the object is from `outside` if something stands there."""
@@ -75,15 +74,15 @@ class Inventory:
         return Shapes(
             body=self._body,
             infill=self._infill,
-            object=outside.object if outside is not None else shape_named(self._scene, OBJECT),
+            object=outside.object if outside is not None else shape_named(self._scene, names.OBJECT),
             triangles_per_cell=self._triangles_per_cell,
             faces=grid.faces if grid is not None else None,
             openings=self._openings,
-            outside=outside.scene if outside is not None and outside.object is not None else None,
+            outside=outside.scene if outside is not None and outside.is_there else None,
             coating=self._coating.on(self._body, self._scene) if self._coating is not None else None,
             environment=self.environment,
             room=room,
-            scatterers=self._scatterers.now(self._infill)[0] if self._scatterers is not None else None,
+            scatterers=self._scatterers.of(self._infill)[0] if self._scatterers is not None else None,
         )
 
     def coated_face(self) -> CoatedFace | None:
@@ -96,23 +95,16 @@ class Inventory:
         Hits are looked for in the cell that a ray is in; in and beside fused cells, and all of them where something may
         reach into the grid, as LED strips do under a thin skin, among all triangles.
         """
-        if self._infill is None:
-            return None
-        positions = mi.traverse(self._infill)["vertex_positions"]
-        # Replaced vertices are another variable. The one kept here stays alive, so that its index is not used again; it
-        # is a handle of our own, because what the mesh hands out follows the mesh.
-        if self._grid is None or self._positions.index != positions.index:
-            self._grid, self._positions = self._deformed(self._infill), mi.Float(positions)
-        return self._grid
+        found: GridState | None = self._grid.of(self._infill) if self._infill is not None else None
+        return found
 
     def _deformed(self, infill: Any) -> GridState:
         mesh, box, pairs = mesh_of(infill), infill.bbox(), None
         cells = len(mesh.faces) // self._triangles_per_cell
         if self._fused is not None:
             mesh, pairs = SurfaceMesh(vertices=mesh.vertices, faces=self._fused.closed), self._fused.pairs
-        # The housing stands around the block, so that its box tells nothing.
-        known = {BODY, INFILL, PLACE, OBJECT, GHOST, HOUSING}
-        alone = not any(box.overlaps(shape.bbox()) for shape in self._scene.shapes() if shape.id() not in known)
+        others = [shape for shape in self._scene.shapes() if shape.id() not in names.AROUND_CELLS]
+        alone = not any(box.overlaps(shape.bbox()) for shape in others)
         return GridState(
             mesh=mesh,
             cells=cells,
@@ -125,7 +117,7 @@ class Inventory:
         grid = self.grid()
         if grid is None:
             return np.ones((1, 1))
-        air = self._scatterers.now(self._infill)[1] if self._scatterers is not None else 0.0
+        air = self._scatterers.of(self._infill)[1] if self._scatterers is not None else 0.0
         return np.asarray(grid.volumes_mm3[:, None] - air)
 
     def centres_mm(self) -> Array:
@@ -150,27 +142,29 @@ class Inventory:
 
     def lights(self, outside: Outside | None = None) -> list[str]:
         """Names of the lights, the flashlight from outside if one is there."""
-        return lights(self._scene) + ([FLASHLIGHT] if outside is not None and outside.flashlight is not None else [])
+        is_there = outside is not None and outside.flashlight is not None
+        return lights(self._scene) + ([names.FLASHLIGHT] if is_there else [])
 
     def emitter(self, name: str, outside: Outside | None = None) -> Any:
         """The emitter of a light by its name."""
-        if outside is not None and name == FLASHLIGHT:
+        if outside is not None and name == names.FLASHLIGHT:
             return outside.flashlight.emitter()
-        return self.environment if name == ENVIRONMENT else shape_named(self._scene, name).emitter()
+        return self.environment if name == names.ENVIRONMENT else shape_named(self._scene, name).emitter()
 
     def beams(self, outside: Outside | None = None) -> list[Beam]:
         """The beams in which light of the room comes, see `room_beams`."""
-        moving = {OBJECT, GHOST, FLASHLIGHT}
+        moving = {names.OBJECT, names.GHOST, names.FLASHLIGHT}
         boxes = {shape.id(): shape.bbox() for shape in self._scene.shapes()}
         sensor = mi.ScalarBoundingBox3f()
         for name, box in boxes.items():
             if name not in moving:
                 sensor.expand(box)
-        target = outside.object.bbox() if outside is not None and outside.object is not None else boxes.get(OBJECT)
+        there = outside.object if outside is not None else None
+        target = there.bbox() if there is not None else boxes.get(names.OBJECT)
         others = [box for name, box in boxes.items() if name in moving]
         if outside is not None:
             others.append(outside.scene.bbox())
-        return room_beams(sensor, boxes[PLACE], boxes.get(HOUSING), target, others)
+        return room_beams(sensor, boxes[names.PLACE], boxes.get(names.HOUSING), target, others)
 
     def _kernel(self, shapes: Shapes, doublings: int = 0) -> IrradianceKernel:
         present = shapes.object is not None

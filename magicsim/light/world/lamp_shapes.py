@@ -10,6 +10,7 @@ from magicsim.geometry.markers import DotMarkers
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import dr, mi
 from magicsim.light.world.names import RING
+from magicsim.light.world.shapes import matt, mesh_shape, shining
 from magicsim.scenes.rig import LedRing, Rig
 
 SIDES = 24
@@ -40,11 +41,16 @@ def ring_mesh(ring: LedRing, plate_mm: float) -> SurfaceMesh:
         angle = 2 * np.pi * np.arange(ring.leds) / ring.leds
         places = ring.radius_mm * np.stack([np.cos(angle), np.sin(angle)], 1)
         return disks(np.column_stack([places, np.full(len(places), z)]), np.array([0.0, 0.0, -1.0]), ring.width_mm / 2)
+    return annulus(ring.radius_mm, ring.width_mm, z)
+
+
+def annulus(radius_mm: float, width_mm: float, z: float) -> SurfaceMesh:
+    """An even ring across z at that height, of a mean radius and a width, that faces down [mm]."""
     angle = 2 * np.pi * np.arange(RING_SIDES) / RING_SIDES
     around = np.stack([np.cos(angle), np.sin(angle)], 1) * np.sqrt(
         2 * np.pi / RING_SIDES / np.sin(2 * np.pi / RING_SIDES)
     )
-    radii = ring.radius_mm + np.array([-0.5, 0.5]) * ring.width_mm
+    radii = radius_mm + np.array([-0.5, 0.5]) * width_mm
     vertices = np.concatenate([np.column_stack([radius * around, np.full(RING_SIDES, z)]) for radius in radii])
     inner = np.arange(RING_SIDES)
     following = (inner + 1) % RING_SIDES
@@ -54,21 +60,8 @@ def ring_mesh(ring: LedRing, plate_mm: float) -> SurfaceMesh:
 
 
 def _emitting(mesh: SurfaceMesh, name: str, radiance: tuple[float, float, float], lobe: float) -> Any:
-    properties = mi.Properties()
-    kind = "area" if lobe == 1 else "lobe"
-    light: dict[str, Any] = {"type": kind, "radiance": {"type": "rgb", "value": list(radiance)}}
-    if lobe != 1:
-        light["exponent"] = lobe
-    properties["emitter"] = mi.load_dict(light)
-    properties["bsdf"] = mi.load_dict({"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}})
-    properties["face_normals"] = True
-    shape = mi.Mesh(name, len(mesh.vertices), len(mesh.faces), props=properties)
-    parameters = mi.traverse(shape)
-    parameters["vertex_positions"] = np.ascontiguousarray(mesh.vertices, np.float32).ravel()
-    parameters["faces"] = np.ascontiguousarray(mesh.faces, np.uint32).ravel()
-    parameters.update()
-    shape.set_id(name)
-    return shape
+    light = shining(radiance) if lobe == 1 else shining(radiance, "lobe", exponent=lobe)
+    return mesh_shape(mesh, name, matt(0.0), emitter=mi.load_dict(light))
 
 
 class LobeLight(mi.Emitter):  # type: ignore[misc]
@@ -131,6 +124,13 @@ class LobeLight(mi.Emitter):  # type: ignore[misc]
 mi.register_emitter("lobe", LobeLight)
 
 
+def brightest_weight(emitter: Any) -> float:
+    """Weight of a particle of a surface that shines, in its brightest channel: its flux [mm2]."""
+    exponent = float(emitter.exponent) if isinstance(emitter, LobeLight) else 1.0
+    radiance = np.array(mi.traverse(emitter)["radiance.value"], float).max()
+    return float(radiance * np.array(emitter.get_shape().surface_area()).max() * 2 * np.pi / (exponent + 1))
+
+
 def disks(centres_mm: Array, axis: Array, radius_mm: float) -> SurfaceMesh:
     """Flat disks that face along an axis, each a regular polygon of the circle's area."""
     u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
@@ -159,7 +159,5 @@ def marker_disks(design: ElastomerDesign) -> SurfaceMesh | None:
 
 def marker_bsdf(design: ElastomerDesign) -> dict[str, Any]:
     """Entry of their material in a scene's dictionary."""
-    assert design.markers is not None
-    color = design.markers.color if isinstance(design.markers, DotMarkers) else (0.0, 0.0, 0.0)
-    diffuse = {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(color)}}
-    return {"type": "twosided", "bsdf": diffuse}
+    assert isinstance(design.markers, DotMarkers)
+    return {"type": "twosided", "bsdf": matt(list(design.markers.color))}

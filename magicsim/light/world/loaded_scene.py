@@ -27,11 +27,10 @@ from magicsim.light.world.scene_dict import (
     flashlight_entry,
     flashlight_place,
     in_group,
-    mesh_shape,
     scene_dict,
     with_lens,
 )
-from magicsim.light.world.shapes import lights, shape_named
+from magicsim.light.world.shapes import lights, mesh_shape, shape_named
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.timeline import View
 
@@ -176,8 +175,10 @@ class Outside:
         """Shape of the object, or None."""
         self.flashlight: Any = shape_named(self.scene, FLASHLIGHT)
         """Shape of the flashlight, or None."""
-        self.joined = load(content) if VARIANT == CUDA_VARIANT and object_mesh is not None else None
-        """The block with all of this before it; None where passes trace two scenes, or there is no object."""
+        self.is_there = object_mesh is not None or flashlight
+        """Whether anything stands outside."""
+        self.joined = load(content) if VARIANT == CUDA_VARIANT and self.is_there else None
+        """The block with all of this before it; None where passes trace two scenes, or nothing is there."""
         self._parameters = mi.traverse(self.scene)
 
     def place(self, *, object_vertices: Array | None, light_x_mm: float | None) -> None:

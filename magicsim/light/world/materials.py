@@ -40,6 +40,17 @@ class SingleDirections(mi.BSDF):  # type: ignore[misc]
         """Nothing but single directions."""
         return self.eval(context, si, wo, active), self.pdf(context, si, wo, active)
 
+    def _drawn(self, context: Any, local: Any, through: Any, density: Any, eta_it: Any, eta_ti: Any) -> tuple[Any, Any]:
+        """A sample in some directions, part of which go through, and the factor on radiance behind the interface."""
+        bs = dr.zeros(mi.BSDFSample3f)
+        bs.wo, bs.pdf, bs.eta = local, density, dr.select(through, eta_it, 1)
+        bs.sampled_component = dr.select(through, mi.UInt32(1), mi.UInt32(0))
+        bs.sampled_type = dr.select(
+            through, mi.UInt32(+mi.BSDFFlags.DeltaTransmission), mi.UInt32(+mi.BSDFFlags.DeltaReflection)
+        )
+        scale = dr.square(eta_ti) if context.mode == mi.TransportMode.Radiance else mi.Float(1)
+        return bs, dr.select(through, scale, 1)
+
 
 class RoughInterface(SingleDirections):
     """A dielectric that is rough below a height and smooth above it."""
@@ -59,19 +70,8 @@ class RoughInterface(SingleDirections):
         reflects = sample1 < met.reflectance
         local = met.onward(dr.select(reflects, met.reflected, met.refracted), reflects, mi.Bool(active))
         through = met.crosses(local, reflects)
-        bs = dr.zeros(mi.BSDFSample3f)
-        bs.pdf = mi.Float(1)
-        bs.sampled_component = dr.select(through, mi.UInt32(1), mi.UInt32(0))
-        bs.sampled_type = dr.select(
-            through, mi.UInt32(+mi.BSDFFlags.DeltaTransmission), mi.UInt32(+mi.BSDFFlags.DeltaReflection)
-        )
-        bs.wo, bs.eta = local, dr.select(through, eta_it, 1)
-        scale = dr.square(eta_ti) if context.mode == mi.TransportMode.Radiance else mi.Float(1)
-        return bs, mi.Color3f(dr.select(through, scale, 1)) & active
-
-    def to_string(self) -> str:
-        """One line for logs."""
-        return f"RoughInterface[ior={self.ior}, alpha={self.alpha}]"
+        bs, scale = self._drawn(context, local, through, mi.Float(1), eta_it, eta_ti)
+        return bs, mi.Color3f(scale) & active
 
 
 class _Whole:
@@ -121,20 +121,10 @@ class FilmedDielectric(SingleDirections):
         back, through = dr.select(cosine > 0, outer, inner), self.passed * (1 - bare) * series
         kept = back + through
         reflected = sample1 * kept < back
-        bs = dr.zeros(mi.BSDFSample3f)
-        bs.pdf = dr.select(reflected, back, through) / dr.maximum(kept, 1e-9)
-        bs.sampled_component = dr.select(reflected, mi.UInt32(0), mi.UInt32(1))
-        bs.sampled_type = dr.select(
-            reflected, mi.UInt32(+mi.BSDFFlags.DeltaReflection), mi.UInt32(+mi.BSDFFlags.DeltaTransmission)
-        )
-        bs.wo = dr.select(reflected, mi.reflect(si.wi), mi.refract(si.wi, cosine_t, eta_ti))
-        bs.eta = dr.select(reflected, 1, eta_it)
-        scale = dr.square(eta_ti) if context.mode == mi.TransportMode.Radiance else mi.Float(1)
-        return bs, mi.Color3f(kept * dr.select(reflected, 1, scale)) & active
-
-    def to_string(self) -> str:
-        """One line for logs."""
-        return f"FilmedDielectric[reflectance={self.own}, transmittance={self.passed}]"
+        local = dr.select(reflected, mi.reflect(si.wi), mi.refract(si.wi, cosine_t, eta_ti))
+        density = dr.select(reflected, back, through) / dr.maximum(kept, 1e-9)
+        bs, scale = self._drawn(context, local, ~reflected, density, eta_it, eta_ti)
+        return bs, mi.Color3f(kept * scale) & active
 
 
 mi.register_bsdf("filmed_dielectric", FilmedDielectric)

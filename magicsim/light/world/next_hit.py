@@ -13,7 +13,7 @@ face that it left again if all of the facing face lies in front of all planes of
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from magicsim.light.backend import VARIANT, dr, mi
 from magicsim.light.cells.cell_faces import FRAME, NONE, PACKET, CellFaces
@@ -38,14 +38,12 @@ class Whereabouts:
         return cls(kind=mi.UInt32(NOWHERE), cell=mi.UInt32(0), face=mi.UInt32(0))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _View:
-    """A ray in its cell's own frame; lists of three arrays over rays."""
+class _View(NamedTuple):
+    """A ray in its cell's own frame; lists of three arrays over rays, the last of `CellFaces.frames`."""
 
     place: list[Any]
     speed: list[Any]
     margin: list[Any]
-    """See `CellFaces.frames`."""
 
 
 def whereabouts(si: Any, on_cell: Any, in_cell: Any, leaves: Any, faces: CellFaces | None) -> Whereabouts:
@@ -103,15 +101,13 @@ def flat(si: Any, ray: Any) -> Any:
     return si
 
 
-def _face_ahead(ray: Any, faces: CellFaces, at: Whereabouts) -> tuple[Any, Any, "_View"]:
+def _face_ahead(ray: Any, faces: CellFaces, at: Whereabouts) -> tuple[Any, Any, _View]:
     """Number of the face that a ray probably meets next, `NONE` where unknown; in a cell its axis, and the ray."""
     in_cell = at.kind == IN_CELL
     frame = _fetch(faces.frames, at.cell * FRAME, FRAME, in_cell)
     rows = [mi.Vector3f(*frame[3 * axis : 3 * axis + 3]) for axis in range(3)]
     start, way = ray.o - mi.Point3f(*frame[9:12]), ray.d
-    view = _View(
-        place=[dr.dot(row, start) for row in rows], speed=[dr.dot(row, way) for row in rows], margin=frame[12:15]
-    )
+    view = _View([dr.dot(row, start) for row in rows], [dr.dot(row, way) for row in rows], frame[12:15])
     steps = [(1 - dr.mulsign(p, v)) / dr.maximum(dr.abs(v), 1e-9) for p, v in zip(view.place, view.speed, strict=True)]
     nearest = dr.minimum(dr.minimum(steps[0], steps[1]), steps[2])
     axis, ahead = mi.UInt32(0), mi.UInt32(0)
@@ -124,7 +120,7 @@ def _face_ahead(ray: Any, faces: CellFaces, at: Whereabouts) -> tuple[Any, Any, 
     return dr.select(in_cell, at.cell * FACES + ahead, across), axis, view
 
 
-def _is_first(view: "_View", axis: Any, distance: Any) -> Any:
+def _is_first(view: _View, axis: Any, distance: Any) -> Any:
     """Whether a ray that leaves its cell through a face of an axis cannot have met another face before."""
     clear = mi.Bool(True)
     for number in range(3):

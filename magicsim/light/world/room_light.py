@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.light.backend import aligned, dr, in_rows, mi
+from magicsim.light.backend import aligned, dr, floats, in_rows, mi
 from magicsim.scenes.rig import Rig
 from magicsim.scenes.room import Passing
 
@@ -101,7 +101,7 @@ def room_beams(sensor: Any, block: Any, housing: Any | None, target: Any | None,
 
 def room_particles(environment: Any, beam: Beam, *, u: list[Any]) -> tuple[Any, Any]:
     """First rays of particles and their weights, from four uniform numbers each."""
-    shares = mi.Float(aligned(_shares(environment, beam), np.float32))
+    shares = floats(_shares(environment, beam))
     cell, ring_part = mi.DiscreteDistribution(shares).sample_reuse(u[0])
     height = 2 * (mi.Float(cell // SECTORS) + ring_part) / RINGS - 1
     turn = dr.two_pi * (mi.Float(cell % SECTORS) + u[1]) / SECTORS
@@ -240,36 +240,22 @@ class PassingLight:
         own = [share * light for share, light in zip(passing.reflectance, ambient, strict=True)]
         self._room, self._color = room, mi.Color3f(*(dr.opaque(mi.Float, each) for each in own))
         numbers = (passing.distance_mm, passing.rise_mm, *(size / 2 for size in passing.size_mm))
-        self._distance, self._rise, self._half_width, self._half_height = (dr.opaque(mi.Float, n) for n in numbers)
-        self._place = dr.opaque(mi.Float, 0.0)
+        self.distance, self.rise, self.half_width, self.half_height = (dr.opaque(mi.Float, n) for n in numbers)
+        self.middle = dr.opaque(mi.Float, 0.0)
 
     def place(self, x_mm: float) -> None:
         """Moves its middle along x [mm]."""
-        self._place = dr.opaque(mi.Float, x_mm)
+        self.middle = dr.opaque(mi.Float, x_mm)
 
     def eval(self, si: Any, active: Any = True) -> Any:
         """Change of the radiance that arrives along `-si.wi`, mi.Color3f."""
         towards = -si.wi
-        far = self._distance / dr.maximum(-towards.z, 1e-6)
-        across = (far * towards.x - self._place) / self._half_width
-        up = (far * towards.y - self._rise) / self._half_height
+        far = self.distance / dr.maximum(-towards.z, 1e-6)
+        across = (far * towards.x - self.middle) / self.half_width
+        up = (far * towards.y - self.rise) / self.half_height
         covered = dr.select(towards.z < 0, _faded(across) * _faded(up), 0)
         seen = active & (covered > 0)
         return dr.select(seen, covered * (self._color - self._room.eval(si, seen)), 0)
-
-    def rays(self, beam: Beam, u: list[Any]) -> tuple[Any, Any]:
-        """First rays of particles, evenly over it, and their weights of either sign; `u` is uniform."""
-        x = self._place + (2 * u[0] - 1) * self._half_width
-        y = self._rise + (2 * u[1] - 1) * self._half_height
-        way = mi.Vector3f(-x, -y, self._distance)
-        squared = dr.squared_norm(way)
-        way = way * dr.rsqrt(squared)
-        solid_angle = 4 * self._half_width * self._half_height * self._distance * dr.rcp(squared * dr.sqrt(squared))
-        ray, area = beam_rays(beam, way, u[2], u[3])
-        weight = mi.Color3f(room_towards(self, ray)) * (area * solid_angle)
-        if beam.leaves_out is not None:
-            weight[beam.leaves_out.has(ray)] = 0
-        return ray, weight
 
 
 def _faded(share: Any) -> Any:
@@ -285,6 +271,16 @@ class PassingPart(NamedTuple):
     sign: float
 
     def rays(self, beam: Beam, u: list[Any]) -> tuple[Any, Any]:
-        """See `PassingLight.rays`; weights of the other sign are 0."""
-        ray, weight = self.light.rays(beam, u)
+        """First rays of particles, evenly over it, and their weights, 0 of the other sign; `u` is uniform."""
+        half_width, half_height, distance = self.light.half_width, self.light.half_height, self.light.distance
+        x = self.light.middle + (2 * u[0] - 1) * half_width
+        y = self.light.rise + (2 * u[1] - 1) * half_height
+        way = mi.Vector3f(-x, -y, distance)
+        squared = dr.squared_norm(way)
+        way = way * dr.rsqrt(squared)
+        solid_angle = 4 * half_width * half_height * distance * dr.rcp(squared * dr.sqrt(squared))
+        ray, area = beam_rays(beam, way, u[2], u[3])
+        weight = mi.Color3f(room_towards(self.light, ray)) * (area * solid_angle)
+        if beam.leaves_out is not None:
+            weight[beam.leaves_out.has(ray)] = 0
         return ray, mi.Color3f(dr.maximum(self.sign * weight, 0))

@@ -12,31 +12,21 @@ from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import mi
 from magicsim.light.flaws.scatterers import scatterer_entries
-from magicsim.light.world.finish import COLORS, Finish
-from magicsim.light.world.lamp_shapes import lamp_entries, marker_bsdf, marker_disks
+from magicsim.light.world import names
+from magicsim.light.world.finish import Finish
+from magicsim.light.world.lamp_shapes import annulus, lamp_entries, marker_bsdf, marker_disks
 from magicsim.light.world.materials import face_bsdf, face_places, interface_bsdf, parted
-from magicsim.light.world.names import (
-    BLOCK,
-    BODY,
-    ENVIRONMENT,
-    FACE,
-    FLASHLIGHT,
-    GHOST,
-    HOUSING,
-    INFILL,
-    MARKERS,
-    OBJECT,
-    PLACE,
-    RING,
-)
 from magicsim.light.world.room_light import room_sphere
-from magicsim.scenes.refusals import housing_mm
+from magicsim.light.world.shapes import matt, mesh_shape, shining
+from magicsim.scenes.refusals import housing_mm, opening_mm
 from magicsim.scenes.rig import INSET_MM, LedStrip, Rig
 from magicsim.scenes.room import room_radiance
 
 SIDE_STEPS = 401
 AIR_GAP_MM = 0.3
 """Gap between body and an LED strip behind air [mm]."""
+RIM_MM = 0.1
+"""Height of the opening's rim where the housing is wider above it [mm]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,7 +43,7 @@ class WorldContent:
     @property
     def object_name(self) -> str:
         """Name of the object's shape: a ghost is none that the estimator knows."""
-        return GHOST if self.object_finish.is_ghost else OBJECT
+        return names.GHOST if self.object_finish.is_ghost else names.OBJECT
 
 
 def lights_inside(rig: Rig) -> list[str]:
@@ -70,8 +60,8 @@ def lights_off(rig: Rig) -> list[str]:
     """Names of the lights whose radiance is 0: they are there, reflect, and send out nothing."""
     off = [_strip_name(index) for index, strip in enumerate(rig.strips) if not any(strip.radiance)]
     off += [f"led{index}" for index, led in enumerate(rig.leds) if not any(led.radiance)]
-    off += [RING] if rig.ring is not None and not any(rig.ring.radiance) else []
-    return off if any(rig.flashlight.radiance) else [*off, FLASHLIGHT]
+    off += [names.RING] if rig.ring is not None and not any(rig.ring.radiance) else []
+    return off if any(rig.flashlight.radiance) else [*off, names.FLASHLIGHT]
 
 
 def _strip_name(index: int) -> str:
@@ -102,14 +92,14 @@ def block_shapes(elastomer: Elastomer, rig: Rig, *, for_paths: bool = False) -> 
         body, face = parted(elastomer)
         material, texture = face_bsdf(elastomer), face_places(elastomer)
         face = replace(face, vertices=placed)
-        shapes[FACE] = mesh_shape(face, FACE, material, interior=body_medium, texture=texture)
-    shapes[BODY] = mesh_shape(replace(body, vertices=placed), BODY, bare, interior=body_medium)
+        shapes[names.FACE] = mesh_shape(face, names.FACE, material, interior=body_medium, texture=texture)
+    shapes[names.BODY] = mesh_shape(replace(body, vertices=placed), names.BODY, bare, interior=body_medium)
     if elastomer.infill is not None and materials.infill is not None:
         infill, medium, cells, fused = materials.infill, medium_of(materials.infill), elastomer.infill, elastomer.fused
         if fused is not None:
             cells = replace(cells, faces=fused.without_membranes if for_paths else fused.faces)
         walls = interface_bsdf(infill.ior, materials.body.ior, roughness.walls, top_mm) if for_paths else UNASKED
-        shapes[INFILL] = mesh_shape(cells, INFILL, walls, interior=medium, exterior=body_medium)
+        shapes[names.INFILL] = mesh_shape(cells, names.INFILL, walls, interior=medium, exterior=body_medium)
         if for_paths and elastomer.inclusions is not None:
             inclusions = elastomer.inclusions.placed(elastomer.infill.vertices)
             reflectance = elastomer.design.inclusions.flake_reflectance
@@ -123,7 +113,10 @@ def in_group(shapes: dict[str, Any]) -> dict[str, Any]:
     The renderer builds the tree of a group faster than that of a scene, in which it splits triangles: of 190,000
     triangles in 60 to 90 instead of 170 to 230 ms. Rays through the block then take a tenth to a quarter longer.
     """
-    return {BLOCK: {"type": "shapegroup", **shapes}, PLACE: {"type": "instance", "group": {"type": "ref", "id": BLOCK}}}
+    return {
+        names.BLOCK: {"type": "shapegroup", **shapes},
+        names.PLACE: {"type": "instance", "group": {"type": "ref", "id": names.BLOCK}},
+    }
 
 
 def scene_dict(
@@ -136,42 +129,16 @@ def scene_dict(
     if rig.leds or rig.ring is not None:
         scene |= lamp_entries(rig, elastomer.design.height_mm + rig.lens.thickness_mm)
     if (disks_below := marker_disks(elastomer.design)) is not None:
-        scene[MARKERS] = mesh_shape(disks_below, MARKERS, marker_bsdf(elastomer.design))
+        scene[names.MARKERS] = mesh_shape(disks_below, names.MARKERS, marker_bsdf(elastomer.design))
     if content.flashlight:
-        scene[FLASHLIGHT] = flashlight_entry(rig)
+        scene[names.FLASHLIGHT] = flashlight_entry(rig)
     if content.furnace:
-        scene[ENVIRONMENT] = {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}}
+        scene[names.ENVIRONMENT] = {"type": "constant", "radiance": {"type": "rgb", "value": 1.0}}
     elif max(rig.room_light) > 0 and not elastomer.design.is_opaque:
         scene |= _room(elastomer, rig, for_paths=for_paths)
     if content.object_mesh is not None:
         scene[content.object_name] = mesh_shape(content.object_mesh, content.object_name, content.object_finish.bsdf())
     return scene
-
-
-def mesh_shape(
-    mesh: SurfaceMesh, name: str, bsdf: dict[str, Any], *, interior: Any = None, exterior: Any = None,
-    texture: Array | None = None,
-) -> Any:  # fmt: skip
-    """A mesh as the renderer's shape; a medium is None where it is clear, texture has shape (vertices, 2)."""
-    properties = mi.Properties()
-    properties["bsdf"] = mi.load_dict(bsdf)
-    properties["face_normals"] = True
-    if interior is not None:
-        properties["interior"] = interior
-    if exterior is not None:
-        properties["exterior"] = exterior
-    textured = texture is not None
-    shape = mi.Mesh(name, len(mesh.vertices), len(mesh.faces), props=properties, has_vertex_texcoords=textured)
-    parameters = mi.traverse(shape)
-    if texture is not None:
-        parameters["vertex_texcoords"] = np.ascontiguousarray(texture, np.float32).ravel()
-    parameters["vertex_positions"] = np.ascontiguousarray(mesh.vertices, np.float32).ravel()
-    parameters["faces"] = np.ascontiguousarray(mesh.faces, np.uint32).ravel()
-    parameters.update()
-    if mesh.colors is not None:
-        shape.add_attribute(COLORS, 3, np.ascontiguousarray(mesh.colors, np.float32).ravel())
-    shape.set_id(name)
-    return shape
 
 
 def medium_of(optics: Optics) -> Any:
@@ -229,7 +196,16 @@ def strip_entry(strip: LedStrip, elastomer: Elastomer) -> dict[str, Any]:
     else:
         along = np.array([width / 2 - strip.margin_mm, 0.0, 0.0])
         center, normal = np.array([0, sign * (length / 2 + offset), middle]), np.array([0.0, -sign, 0.0])
-    return _rectangle(center, along, vertical, normal, strip.radiance, strip.reflectance)
+    if np.dot(np.cross(along, vertical), normal) < 0:
+        along = -along
+    to_world = np.eye(4)
+    to_world[:3] = np.stack([along, vertical, normal, center], 1)
+    return {
+        "type": "rectangle",
+        "to_world": mi.ScalarTransform4f(to_world),
+        "bsdf": matt(strip.reflectance),
+        "emitter": shining(strip.radiance),
+    }
 
 
 def _side_rise_mm(strip: LedStrip, elastomer: Elastomer) -> float:
@@ -244,32 +220,28 @@ def _side_rise_mm(strip: LedStrip, elastomer: Elastomer) -> float:
     return float(design.rise_mm(places).max())
 
 
-def _rectangle(
-    center: Array, u: Array, v: Array, normal: Array, radiance: tuple[float, float, float], reflectance: float
-) -> dict[str, Any]:
-    if np.dot(np.cross(u, v), normal) < 0:
-        u = -u
-    to_world = np.eye(4)
-    to_world[:3, 0], to_world[:3, 1], to_world[:3, 2], to_world[:3, 3] = u, v, normal, center
-    return {
-        "type": "rectangle",
-        "to_world": mi.ScalarTransform4f(to_world),
-        "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": reflectance}},
-        "emitter": {"type": "area", "radiance": {"type": "rgb", "value": list(radiance)}},
-    }
-
-
 def _room(elastomer: Elastomer, rig: Rig, *, for_paths: bool) -> dict[str, Any]:
-    """Light from all around, and a black housing that leaves what is below the contact face."""
-    radius, top = housing_mm(elastomer.design, rig)
+    """Light from all around, and a black housing that leaves what is below the contact face.
+
+    Where lights stand beside its opening it is wider above a rim: as much of the room's light enters.
+    """
+    opening, (radius, top) = opening_mm(elastomer.design), housing_mm(elastomer.design, rig)
     far, near_mm = _environment(rig), rig.near_mm
-    black = {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}}
+    black = {"type": "twosided", "bsdf": matt(0.0)}
     lid = mi.ScalarTransform4f().translate([0, 0, top]).scale([radius, radius, 1])
-    return {
-        ENVIRONMENT: far if near_mm is None or not for_paths else room_sphere(far, near_mm),
-        HOUSING: {"type": "cylinder", "p0": [0, 0, 0], "p1": [0, 0, top], "radius": radius, "bsdf": black},
+
+    def wall(low: float, high: float, radius: float) -> dict[str, Any]:
+        return {"type": "cylinder", "p0": [0, 0, low], "p1": [0, 0, high], "radius": radius, "bsdf": black}
+
+    found = {
+        names.ENVIRONMENT: far if near_mm is None or not for_paths else room_sphere(far, near_mm),
+        names.HOUSING: wall(0, top if radius == opening else RIM_MM, opening),
         "lid": {"type": "disk", "to_world": lid, "bsdf": black},
     }
+    if radius > opening:
+        shoulder = annulus((opening + radius) / 2, radius - opening, RIM_MM)
+        found |= {names.SHELL: wall(RIM_MM, top, radius), names.SHOULDER: mesh_shape(shoulder, names.SHOULDER, black)}
+    return found
 
 
 def _environment(rig: Rig) -> dict[str, Any]:
@@ -293,6 +265,6 @@ def flashlight_entry(rig: Rig) -> dict[str, Any]:
     return {
         "type": "disk",
         "to_world": flashlight_place(rig, 0.0),
-        "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}},
-        "emitter": {"type": "area", "radiance": {"type": "rgb", "value": list(rig.flashlight.radiance)}},
+        "bsdf": matt(0.0),
+        "emitter": shining(rig.flashlight.radiance),
     }

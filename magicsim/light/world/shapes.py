@@ -1,14 +1,17 @@
 """The shapes of a loaded scene by their role."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from magicsim.arrays import Array
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import columns, dr, mi, pointer
 from magicsim.light.cells.cell_faces import CellFaces
+from magicsim.light.world.finish import COLORS
 from magicsim.light.world.medium import Segment, classify
 from magicsim.light.world.names import ENVIRONMENT, FLASHLIGHT
 
@@ -31,7 +34,7 @@ class Shapes:
     """Cell behind each triangle that is a membrane in a missing wall, see `FusedCells.beyond`, mi.UInt32; None where
     no wall is missing."""
     outside: Any = None
-    """A scene of its own that holds the object, or None where it is in the block's."""
+    """A scene of its own that holds object, flashlight or both, or None where they are in the block's."""
     coating: Any = None
     """`Coating` of the contact face, or None where it is bare."""
     environment: Any = None
@@ -74,6 +77,47 @@ def lights(scene: Any) -> list[str]:
 def shape_named(scene: Any, name: str) -> Any:
     """The shape of a scene with a name, or None."""
     return next((shape for shape in scene.shapes() if shape.id() == name), None)
+
+
+def mesh_shape(
+    mesh: SurfaceMesh, name: str, bsdf: dict[str, Any], *, texture: Array | None = None, **parts: Any
+) -> Any:
+    """A mesh as the renderer's shape.
+
+    Args:
+        mesh: Its triangles, and colours of vertices if it has any.
+        name: Of the shape.
+        bsdf: Entry of its material.
+        texture: Places of vertices in pictures, shape (vertices, 2).
+        parts: Media inside and outside (`interior`, `exterior`), None where they are clear, and `emitter`.
+    """
+    properties = mi.Properties()
+    properties["bsdf"], properties["face_normals"] = mi.load_dict(bsdf), True
+    for part, value in parts.items():
+        if value is not None:
+            properties[part] = value
+    textured = texture is not None
+    shape = mi.Mesh(name, len(mesh.vertices), len(mesh.faces), props=properties, has_vertex_texcoords=textured)
+    parameters = mi.traverse(shape)
+    if texture is not None:
+        parameters["vertex_texcoords"] = np.ascontiguousarray(texture, np.float32).ravel()
+    parameters["vertex_positions"] = np.ascontiguousarray(mesh.vertices, np.float32).ravel()
+    parameters["faces"] = np.ascontiguousarray(mesh.faces, np.uint32).ravel()
+    parameters.update()
+    if mesh.colors is not None:
+        shape.add_attribute(COLORS, 3, np.ascontiguousarray(mesh.colors, np.float32).ravel())
+    shape.set_id(name)
+    return shape
+
+
+def matt(reflectance: Any) -> dict[str, Any]:
+    """Entry of a diffuse material, grey or of one reflectance a channel."""
+    return {"type": "diffuse", "reflectance": {"type": "rgb", "value": reflectance}}
+
+
+def shining(radiance: Sequence[float], kind: str = "area", **more: Any) -> dict[str, Any]:
+    """Entry of a light of some kind on a surface."""
+    return {"type": kind, "radiance": {"type": "rgb", "value": list(radiance)}, **more}
 
 
 def mesh_of(shape: Any) -> SurfaceMesh:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from magicsim.arrays import Array
-from magicsim.light.backend import aligned, columns, dr, mi
+from magicsim.light.backend import aligned, columns, dr, floats, mi
 from magicsim.light.world.lamp_shapes import LobeLight
 from magicsim.light.world.medium import Constants, scattering_stretch
 from magicsim.light.world.shapes import lights, mesh_of, shape_named
@@ -217,7 +217,7 @@ class Lamps:
         return cls(
             corners=[mi.Point3f(*columns(each)) for each in places.swapaxes(0, 1)],
             normals=mi.Vector3f(*columns(cross / double[:, None])), areas=mi.Float(aligned(double / 2, np.float32)),
-            exponents=mi.Float(aligned(np.array(exponents), np.float32)), count=len(places), rows=len(turns),
+            exponents=floats(np.array(exponents)), count=len(places), rows=len(turns),
             radiance=mi.Color3f(*columns(np.concatenate(radiance))), turns=mi.Vector3f(*columns(turns)), straight=[0],
         )  # fmt: skip
 

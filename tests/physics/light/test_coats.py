@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from magicsim.scenes.timeline import View
-from magicsim.simulation.sensor import Sensor
+from magicsim.simulation.sensor import Sensor, sensor_exposure
 
 BLOCK = (
     "design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "design.skin_mm=0.5", "design.core_mm=3",
@@ -56,3 +56,11 @@ def test_emitted_light_is_absorbed_or_escapes(case, small_scene):
         assert account["absorbed"] + account["escaped"] == pytest.approx(account["emitted"], rel=0.005)
     if "coat" in case:
         assert account["absorbed"] > 0.5 * account["emitted"]
+
+
+def test_a_red_strip_under_an_opaque_coat_is_exposed_whatever_the_room(small_scene):
+    red = small_scene("rest", *BLOCK, *COAT, "rig.strips=[{side='-x',radiance=[5,0,0]}]")
+    sensor = Sensor.for_scene(red)
+    gain = sensor_exposure(sensor, sensor.renderer.radiance(View()))
+    assert np.isfinite(gain).all()
+    assert red.lit == sensor.lit == (True, False, False)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from magicsim.scenes.timeline import timeline
+from magicsim.scenes.timeline import View, timeline
 from magicsim.simulation.sensor import Sensor
 
 SMALL = ("design.footprint_mm=[8,9]", "rig.camera.field_mm=7", "object.radius_mm=3")
@@ -28,3 +28,13 @@ def test_emitted_light_is_absorbed_or_escapes(state, overrides, small_scene):
         assert account["escaped"] > 0
         assert account["absorbed"] + account["escaped"] == pytest.approx(account["emitted"], rel=0.005)
         assert abs(account["ended"]) < 0.005 * account["emitted"]
+
+
+def test_light_of_a_faint_small_led_is_that_of_a_bright_one(small_scene):
+    def fluence(radiance):
+        led = f"rig.leds=[{{place_mm=[-8,0,3],direction=[1,0,0],radius_mm=0.05,radiance={[radiance] * 3}}}]"
+        sensor = Sensor.for_scene(small_scene("near", *SMALL, "rig.strips=[]", led))
+        light = sensor.renderer.light(View())
+        return light.light_fields({"led0": 20_000}, seed=1)["led0"].fluence.sum() / radiance
+
+    assert fluence(1e-5) == pytest.approx(fluence(1000.0), rel=1e-3)

@@ -27,6 +27,7 @@ def traced_pair(sensor, *, samples, seed):
     from magicsim.light.plain_renderer import PATHS
     from magicsim.light.world import scene_dict as world
     from magicsim.light.world.finish import Finish
+    from magicsim.light.world.shapes import mesh_shape
 
     elastomer, rig, turn = sensor.elastomer, sensor.rig, np.diag([-1.0, 1.0, -1.0])
     shift = np.array([0.0, 0.0, -DISTANCE_MM])
@@ -50,8 +51,8 @@ def traced_pair(sensor, *, samples, seed):
     )
     cells = SurfaceMesh(vertices=moved(elastomer.infill.vertices), faces=elastomer.infill.faces)
     clear = {"type": "dielectric", "int_ior": ior, "ext_ior": 1.0}
-    scene["other_body"] = world.mesh_shape(body, "other_body", clear, interior=body_medium)
-    scene["other_infill"] = world.mesh_shape(
+    scene["other_body"] = mesh_shape(body, "other_body", clear, interior=body_medium)
+    scene["other_infill"] = mesh_shape(
         cells, "other_infill", {"type": "dielectric", "int_ior": infill.ior, "ext_ior": ior},
         interior=world.medium_of(infill), exterior=body_medium,
     )  # fmt: skip

@@ -66,3 +66,27 @@ def test_light_hardly_jumps_between_neighbouring_places():
         return float((blocks[0] - 2 * blocks[1] + blocks[2]).std() / blocks.mean())
 
     assert jumps((1, 1, 1)) < 0.3 * jumps((1, 2, 3))
+
+
+@pytest.mark.parametrize(
+    "light",
+    [
+        "ring={radiance=[30,30,30],radius_mm=18}",
+        "leds=[{place_mm=[-16,0,3],direction=[1,0,0.3],radiance=[300,300,300]}]",
+    ],
+)
+def test_lights_beside_the_opening_of_the_housing_shine_in_a_lit_room_as_in_a_dark_one(light):
+    """Rendering is linear: what the room adds to a lamp's image is what it shows alone."""
+    block = (
+        "rig=digit-rgb", *SMALL, "design.cell_mm=0", "object.color=[0.9,0.9,0.9]",
+        "rig.lens.thickness_mm=1", "render.anchor_samples=0", "render.samples=256", "render.particles=200000",
+    )  # fmt: skip
+    ambient = "rig.ambient=[0.05,0.05,0.05]"
+
+    def image(*more):
+        sensor = sensor_of(*block, *more)
+        return sensor.renderer.plain_radiance(sensor.view(state(1.0), sensor.rest)).mean((0, 1), dtype=np.float64)
+
+    lamp, room, both = image(f"rig.{light}"), image(ambient), image(f"rig.{light}", ambient)
+    assert lamp.min() > 0.2 * room.max()
+    assert both == pytest.approx(lamp + room, rel=0.02)

@@ -300,7 +300,7 @@ def test_a_frame_that_is_checked_tells_how_far_it_is_off(fast, true, rest, press
     sensor = fast(errors=[row(100.0)])
     sensor.emulation.checked_share = 1.0
     image, origin = sensor.render(at(-1.0), pressed)
-    gain = 255 * meter(rest, sensor.rig.camera, sensor.rig.lit)
+    gain = 255 * meter(rest, sensor.rig.camera, sensor.lit)
     careful = true.renderer.reseeded(seed=CHECK_SEED).radiance(true.view(at(-1.0), pressed))
     off = np.abs(gain * (image.astype(float) - careful))
     assert origin.error.mean == pytest.approx(off.mean(), rel=1e-6)

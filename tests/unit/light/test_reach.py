@@ -36,6 +36,15 @@ def test_return_falls_with_the_square_of_the_distance_and_follows_lights_and_ref
     assert np.isinf(brightest_return(1, white, scene.design, scene.rig)).all()
 
 
+def test_what_stands_beside_a_light_off_the_block_sees_all_of_it():
+    white, beside = Finish(color=(1, 1, 1)), "rig.leds=[{place_mm=[%s],direction=[0,0,-1],radiance=[9,9,9]}]"
+    below, above, none = (far(1, *more) for more in ([beside % "0,0,-300"], [beside % "0,300,0"], []))
+    assert np.isinf(brightest_return(250, white, below.design, below.rig)).all()
+    wide, small = (brightest_return(5000, white, each.design, each.rig) for each in (above, none))
+    assert wide == pytest.approx(9 * (300 / 5000) ** 2, rel=0.02)
+    assert (wide > 100 * small).all()
+
+
 @pytest.mark.parametrize("gamma", [0.5, 1.0, 2.2])
 def test_grey_levels_bound_what_the_tone_curve_makes_of_any_pixel(gamma):
     camera, gain = Camera(gamma=gamma), np.array([1.0, 2.0, 0.5])

@@ -64,13 +64,15 @@ def test_what_no_image_can_come_of_is_refused(setting: str, message: str):
 
 
 @pytest.mark.parametrize(
-    ("radiances", "ambient", "lit"),
+    ("radiances", "ambient", "is_opaque", "lit"),
     [
-        ([], (0.0, 0.0, 0.0), (False, False, False)),
-        ([(5.0, 0.0, 0.0), (0.0, 0.0, 0.0)], (0.0, 0.0, 0.0), (True, False, False)),
-        ([(5.0, 0.0, 0.0)], (0.0, 0.0, 1.0), (True, False, True)),
+        ([], (0.0, 0.0, 0.0), False, (False, False, False)),
+        ([(5.0, 0.0, 0.0), (0.0, 0.0, 0.0)], (0.0, 0.0, 0.0), False, (True, False, False)),
+        ([(5.0, 0.0, 0.0)], (0.0, 0.0, 1.0), False, (True, False, True)),
+        ([(5.0, 0.0, 0.0)], (0.0, 0.0, 1.0), True, (True, False, False)),
     ],
 )
-def test_channels_are_lit_by_any_light_of_the_untouched_sensor(radiances: list, ambient: tuple, lit: tuple):
+def test_channels_are_lit_by_any_light_of_the_untouched_sensor(radiances, ambient, is_opaque, lit):
     strips = [{"side": "-x", "radiance": each} for each in radiances]
-    assert Rig.model_validate({"schema_version": 1, "strips": strips, "ambient": ambient}).lit == lit
+    rig = Rig.model_validate({"schema_version": 1, "strips": strips, "ambient": ambient})
+    assert rig.lit(is_opaque=is_opaque) == lit

@@ -31,7 +31,7 @@ def test_black_and_saturated_frames_name_the_field(
     rig: Rig, image: np.ndarray, flashlight: bool, said: str, caplog: pytest.LogCaptureFixture
 ):
     caplog.set_level(logging.WARNING)
-    watch = BrightnessWatch(rig=rig)
+    watch = BrightnessWatch(rig=rig, lit=rig.lit(is_opaque=False))
     for index in (4, 5):
         watch.see(image, index=index, flashlight=flashlight)
     assert len(caplog.records) == bool(said)
@@ -42,5 +42,5 @@ def test_black_and_saturated_frames_name_the_field(
 @pytest.mark.parametrize(("gain", "told"), [(1e3, 0), (1e6, 1)])
 def test_exposure_that_makes_up_for_lost_light_is_told(gain: float, told: int, caplog: pytest.LogCaptureFixture):
     caplog.set_level(logging.WARNING)
-    BrightnessWatch(rig=LIT).see_exposure(np.full(3, gain))
+    BrightnessWatch(rig=LIT, lit=(True, True, True)).see_exposure(np.full(3, gain))
     assert len(caplog.records) == told

@@ -7,11 +7,10 @@ import pytest
 
 from magicsim.light.backend import VARIANT, dr
 from magicsim.light.near.lamp_light import LampLight
-from magicsim.light.near.near_object import NearObject
+from magicsim.light.near.near_object import NearObject, radiance_of
 from magicsim.light.near.near_transport import NearTransport, follow_ports
 from magicsim.light.near.near_views import NearViews
-from magicsim.light.transport.light_pass import FIXED_POINT
-from magicsim.light.transport.light_starts import LightStarts
+from magicsim.light.transport.light_starts import FIXED_POINT, LightStarts
 from magicsim.light.world.finish import Finish
 from magicsim.light.world.names import ENVIRONMENT
 from magicsim.scenes.scene import load_scene
@@ -54,7 +53,8 @@ def transport(sensor):
 
 def look(transport, target, room, *, rays):
     scene, light = transport.world.scene, transport.rest.light
-    return target.look(scene, room, room, transport.ports, transport.lines, light, rays=rays, seed=0)
+    behind = radiance_of(room, transport.lines)
+    return target.look(scene, room, transport.ports, transport.lines, behind, light, rays=rays, seed=0)
 
 
 def changes(sensor, state):
@@ -232,3 +232,21 @@ def test_places_on_the_way_share_compiled_kernels(sensor):
     first = kernels(0.3)
     assert len(first) >= 5
     assert kernels(0.7) == first
+
+
+@pytest.mark.parametrize("gap_mm", [None, 1.0])
+@pytest.mark.parametrize("is_fast", [False, True])
+def test_a_flashlight_as_bright_as_the_even_room_behind_it_changes_nothing(is_fast, gap_mm):
+    """A disk that fills most of what the face looks at: as much light as it brings, it keeps away."""
+    bright = "[2,2,2]"
+    sensor = sensor_of(
+        "rig.strips=[]", f"rig.ambient={bright}", f"rig.flashlight={{radiance={bright},radius_mm=16,distance_mm=10}}",
+        *BALL, *LARGER, "render.anchor_particles=200000", "render.particles=100000",
+    )  # fmt: skip
+
+    def image(state):
+        view = sensor.view(state, sensor.rest)
+        return NearViews(sensor.renderer).radiance(view) if is_fast else sensor.renderer.radiance(view)
+
+    without = image(at(gap_mm)) if gap_mm is not None else sensor.radiance(UNTOUCHED, sensor.rest)
+    np.testing.assert_allclose(image(at(gap_mm, flashlight=True)).mean((0, 1)), without.mean((0, 1)), rtol=0.02)

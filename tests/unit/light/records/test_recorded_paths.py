@@ -9,6 +9,7 @@ from magicsim.light.backend import VARIANT
 from magicsim.light.transport.light_field import LightField
 from magicsim.light.transport.lit_world import CAMERA_DEPTH
 from magicsim.light.transport.path_record import STEPS
+from magicsim.light.transport.streams import MIRRORED, SEEDS_PER_RENDER
 from magicsim.light.world.loaded_scene import Outsides
 from magicsim.scenes.scene import load_scene
 from magicsim.scenes.timeline import View
@@ -97,7 +98,7 @@ def test_recorded_paths_give_the_gathered_image(name, overrides):
 
 
 def test_what_a_glossy_thing_mirrors_is_that_in_one_scene():
-    from magicsim.light.records.untouched_passes import follow_camera, recorded_paths
+    from magicsim.light.records.untouched_passes import recorded_paths
 
     many, few, seeds = 16, 8, 16
     renderer, view = small("near", "object.specular=0.6", "object.roughness=0.3", "object.color=[0,0,0]")
@@ -109,8 +110,8 @@ def test_what_a_glossy_thing_mirrors_is_that_in_one_scene():
         wanted.append(blocks(with_it - without))
         paths = recorded_paths(rest, seed=seed, samples=many)
         mirrored = paths.mirrored(
-            outside, renderer.object_finish, pixels, lambda starts, seed=seed: follow_camera(
-                rest, outside, starts, field, seed=seed
+            outside, renderer.object_finish, pixels, lambda starts, seed=seed: rest.camera_pass(
+                field, starts, stream=SEEDS_PER_RENDER * seed + MIRRORED, outside=outside
             ), samples=few, seed=seed,
         )  # fmt: skip
         found.append(blocks(mirrored))
