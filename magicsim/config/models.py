@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from magicsim.config.documents import MAX_DEPTH, parse_toml
 from magicsim.config.named_files import read_with_paths
-from magicsim.config.presets import find_preset
+from magicsim.config.presets import expanded, find_preset, is_file
 from magicsim.errors import LINE_LENGTH, NAME_LENGTH, ConfigError, shortened, unknown_choice
 
 NUMERIC = ("int_", "float_", "greater_than", "less_than")
@@ -215,23 +215,27 @@ def load_preset(
 def read_whole(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
     """Content of a TOML file, with the design, the rig and the object that it names put in place, and with overrides.
 
-    A file that is named by its path is looked for beside this one first.
+    A path that the file names starts beside it, one of an override in the current folder; the other folder is second.
     """
-    return in_place(read_with_paths(path), path.parent, overrides)
+    return in_place(read_with_paths(path), path.parent, overrides, typed_in=Path())
 
 
-def in_place(data: Mapping[str, Any], folder: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
-    """Content of a file, as `read_whole`, from what it holds and the folder where it stands."""
+def in_place(
+    data: Mapping[str, Any], folder: Path, overrides: Sequence[str] = (), *, typed_in: Path | None = None
+) -> dict[str, Any]:
+    """Content of a file, as `read_whole`, from what it holds and the folder where it stands.
+
+    Files that overrides name are looked for in `typed_in` first, by default beside the file as others are.
+    """
     named = {each: [one for one in overrides if one.partition("=")[0].strip() == each] for each in NAMED}
     result = dict(data)
     for kind, chosen in named.items():
         result = apply_overrides(result, chosen)
         name = result.get(kind)
         if isinstance(name, str):
-            local = folder / name
-            result[kind] = read_with_paths(
-                local if name.endswith(".toml") and local.is_file() else find_preset(kind, name)
-            )
+            places = [typed_in, folder] if chosen and typed_in is not None else [folder]
+            paths = [place / expanded(name) for place in places if name.endswith(".toml")]
+            result[kind] = read_with_paths(next(filter(is_file, paths), None) or find_preset(kind, name))
     return apply_overrides(result, [one for one in overrides if one.partition("=")[0].strip() not in NAMED])
 
 

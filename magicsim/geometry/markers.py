@@ -9,6 +9,7 @@ from pydantic import Field
 
 from magicsim.arrays import Array
 from magicsim.config.models import Config
+from magicsim.config.named_files import FileName
 from magicsim.config.presets import PATHS_START, is_file
 from magicsim.errors import ConfigError
 from magicsim.notebook.screen import from_srgb
@@ -103,7 +104,7 @@ class PictureMarkers(Config):
     """A picture on the contact face: its opaque pixels are printed, in their own colour."""
 
     kind: Literal["picture"]
-    file: str
+    file: FileName
     """PNG with or without alpha, sRGB; without alpha all of it is printed. Rows run along -y, columns along x."""
     width_mm: Annotated[float, Field(ge=0.5, le=200)]
     """Width along x, with the picture's own proportions, centred on the face [mm]."""

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from magicsim.config.named_files import FileName
 from magicsim.errors import ConfigError
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.objects.rigid_object import ObjectBase, Size
@@ -18,7 +19,7 @@ class MeshObject(ObjectBase):
     """A watertight mesh from an STL, OBJ, PLY, OFF or GLB file, in the file's frame; that of a GLB file has y up."""
 
     kind: Literal["mesh"]
-    path: str
+    path: FileName
     """The file; a relative path starts beside the TOML file that it stands in, or in the current folder."""
     scale: Annotated[float, Field(ge=1e-6, le=1e6)] | None = None
     """Millimetres per unit of the file; by default 1, and of a GLB file, which is in metres, 1000."""
