@@ -49,7 +49,9 @@ SMALL_MM = 5.0
 """Across which a mesh whose scale nobody gave may be in metres or inches [mm]."""
 UNITS = {b"inch": 25.4, b"inches": 25.4, b"metre": 1000, b"metres": 1000, b"meter": 1000, b"meters": 1000, b"cm": 10,
          b"centimeters": 10, b"centimetres": 10, b"m": 1000, b"in": 25.4}  # fmt: skip
-UNIT = re.compile(rb"units?[ \t]*[:=]?[ \t]*(" + b"|".join(UNITS) + rb")\b", re.IGNORECASE)
+UNIT = re.compile(
+    rb"units?[ \t]*[:=]?[ \t]*(?:(?:is|are|in)[ \t]+)*(?!in[ \t]+\w)(" + b"|".join(UNITS) + rb")\b", re.IGNORECASE
+)
 """How headers and comments name one."""
 UNIT_BYTES = 4096
 """Length of the beginning that is searched for it."""
