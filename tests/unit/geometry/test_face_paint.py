@@ -5,8 +5,8 @@ import pytest
 from PIL import Image
 
 from magicsim.config.models import load_preset
-from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry import face_paint as face_paint_module
+from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.face_paint import face_paint
 
 DOTS = 'markers={kind="dots",pitch_mm=3.0,diameter_mm=1.2,color=[0.1,0.1,0.1]}'

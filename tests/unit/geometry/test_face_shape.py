@@ -58,9 +58,13 @@ def test_ball_touches_a_spherical_dome_where_their_centres_say(side):
 @pytest.mark.parametrize("place", [(0.125, 0.125), (3.1, -5.14)])
 @pytest.mark.parametrize(
     "text",
-    ["cone:half_angle_deg=10,length_mm=8", "cone:half_angle_deg=20,length_mm=15", "punch:radius_mm=0.1,edge_radius_mm=0.02",
-     "domed_cylinder:radius_mm=0.1,edge_radius_mm=0.05"],
-)  # fmt: skip
+    [
+        "cone:half_angle_deg=10,length_mm=8",
+        "cone:half_angle_deg=20,length_mm=15",
+        "punch:radius_mm=0.1,edge_radius_mm=0.02",
+        "domed_cylinder:radius_mm=0.1,edge_radius_mm=0.05",
+    ],
+)
 def test_slender_object_touches_between_the_places_that_are_looked_at(text, place):
     face, thing = dome(crown_mm=3.0), parse_object(text)
     near = np.linspace(-1, 1, 401)
