@@ -152,6 +152,8 @@ class SpannerObject(EverydayObject):
 
     def _problems(self) -> Iterator[str | None]:
         prong = self.head_radius_mm - self.jaw_mm / 2
+        if prong <= 0:
+            yield f"jaw_mm = {self.jaw_mm:g} is not allowed: must be below {2 * self.head_radius_mm:g}, the head's"
         yield edge_problem(self.edge_radius_mm, prong / 2, self.thickness_mm / 2, self.handle_width_mm / 2)
 
 
