@@ -1,6 +1,5 @@
 """Markers on the contact face or below it: dots in a pattern, or a picture. `[markers]` in a design."""
 
-import hashlib
 from collections import defaultdict
 from itertools import islice, product, repeat
 from math import floor, hypot
@@ -15,6 +14,7 @@ from magicsim.config.models import Config
 from magicsim.config.named_files import FileName
 from magicsim.config.presets import PATHS_START, is_file
 from magicsim.errors import ConfigError
+from magicsim.folder.listing import sha256_of
 from magicsim.notebook.screen import from_srgb
 
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -145,7 +145,7 @@ class PictureMarkers(Config):
 
     def digest(self) -> str:
         """Digest of the file's content, which may be replaced by another of that name."""
-        return hashlib.sha256(Path(self.file).read_bytes()).hexdigest()
+        return sha256_of(Path(self.file))
 
     def pixels(self) -> Array:
         """Linear RGB and opacity, shape (rows, columns, 4) in 0..1; `ConfigError` where the file is no picture."""

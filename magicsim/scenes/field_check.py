@@ -86,15 +86,14 @@ def _object(scene: SceneConfig) -> list[str]:
     if not places:
         return []
     face = np.array(scene.design.footprint_mm)
-    extents = np.array([_extent_mm(places[0][1], axis) for axis in (0, 1)])
-    found = []
+    low, high = np.array([[each[:2] for each in pose.box_mm()] for _, pose in places]).transpose(1, 0, 2)
+    extents, found = high[0] - low[0], []
     if (extents > face).any():
         sizes = [" x ".join(f"{each:.3g}" for each in size) for size in (extents, face)]
         found.append(
             f"the object is larger than the sensor: {sizes[0]} mm before a contact face of {sizes[1]} mm; only what "
             "lies before the face is felt"
         )
-    low, high = np.array([[each[:2] for each in pose.box_mm()] for _, pose in places]).transpose(1, 0, 2)
     if ((low > face / 2) | (high < -face / 2)).any(1).all():
         ends = [f"{a:.4g} to {b:.4g} mm along {axis}" for a, b, axis in zip(low[0], high[0], AXES, strict=True)]
         found.append(
@@ -109,11 +108,6 @@ def _object(scene: SceneConfig) -> list[str]:
             "face is left out, so forces are too small there"
         )
     return found
-
-
-def _extent_mm(indenter: Indenter, axis: int) -> float:
-    direction = indenter.pose.rotation[axis]
-    return indenter.shape.support_mm(direction) + indenter.shape.support_mm(-direction)
 
 
 def _rim_mm(design: ElastomerDesign) -> Array:

@@ -16,6 +16,7 @@ from pydantic import Field
 from magicsim.arrays import Array
 from magicsim.config.documents import read_toml
 from magicsim.config.models import Config, validate
+from magicsim.config.named_files import is_picture
 from magicsim.config.presets import expanded, is_file, preset_root
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.folder.listing import sha256_of
@@ -28,7 +29,6 @@ OUT_OF_SIGHT = 5.0
 Reflectance = Annotated[float, Field(ge=0, le=1)]
 Size = Annotated[float, Field(ge=1, le=10_000)]
 FOLDER = "scenes/rooms"
-SUFFIXES = (".png", ".jpg", ".jpeg")
 MOST_COLUMNS = 4096
 MODES = ("L", "LA", "P", "RGB", "RGBA")
 """Kinds of pixels, as Pillow calls them, that are taken for sRGB."""
@@ -73,7 +73,7 @@ def room_file(name: str) -> Path:
     if name in room_names():
         return preset_root() / FOLDER / f"{name}.png"
     path = expanded(name)
-    if path.suffix.lower() not in SUFFIXES:
+    if not is_picture(name):
         raise ConfigError(unknown_choice("room (or a PNG or JPEG file)", name, ["dark", *room_names()]))
     if not is_file(path):
         msg = f"rig.room = '{name}' does not exist; give a PNG or JPEG file or one of: dark, {', '.join(room_names())}"

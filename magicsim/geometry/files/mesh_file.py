@@ -19,6 +19,7 @@ from trimesh.resolvers import FilePathResolver
 
 from magicsim.arrays import Array
 from magicsim.config.documents import parse_json
+from magicsim.config.named_files import MESH_SUFFIXES
 from magicsim.config.presets import PATHS_START, is_file
 from magicsim.errors import ConfigError
 from magicsim.folder.listing import sha256_of
@@ -28,7 +29,6 @@ from magicsim.geometry.shapes.mesh_solid import MeshShape
 
 LOGGER = logging.getLogger(__name__)
 logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # its errors are reported once, by us
-SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb")
 MAX_BYTES = 200_000_000
 """Largest file: text with as many triangles as are allowed has about 130 MB."""
 MAX_TRIANGLES = 500_000
@@ -72,8 +72,9 @@ def load_mesh(path: str, *, scale: float | None = None, feature_mm: float | None
         ConfigError: No such file, not readable as a mesh, empty, not watertight, too small, too large or too detailed.
     """
     file = Path(path)
-    if file.suffix.lower() not in SUFFIXES:
-        raise ConfigError(f"mesh '{path}' is not allowed: must end in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
+    if file.suffix.lower() not in MESH_SUFFIXES:
+        *others, last = MESH_SUFFIXES
+        raise ConfigError(f"mesh '{path}' is not allowed: must end in {', '.join(others)} or {last}")
     if not is_file(file):
         raise ConfigError(f"mesh '{path}' does not exist ({PATHS_START})")
     if (size := file.stat().st_size) > MAX_BYTES:  # before its content is hashed

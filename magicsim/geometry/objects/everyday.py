@@ -121,15 +121,8 @@ def _shape(build: Callable[..., Manifold], dimensions: tuple[float, ...], featur
 atexit.register(_shape.cache_clear)
 
 
-class EverydayObject(ObjectBase):
-    """An object whose solid is a mesh that is built from a few dimensions."""
-
-    def _pressing(self, build: Callable[..., Manifold], *dimensions: float, feature_mm: float) -> Shape:
-        return self.entered_from_above(_shape(build, dimensions, feature_mm))
-
-
-class SpannerObject(EverydayObject):
-    """The open end of a spanner, flat in its xy plane, the jaw towards +y."""
+class SpannerObject(ObjectBase):
+    """The open end of a spanner, flat in its xy plane, the jaw towards +y, the head's centre at the origin."""
 
     kind: Literal["spanner"]
     jaw_mm: Size
@@ -143,12 +136,9 @@ class SpannerObject(EverydayObject):
     edge_radius_mm: Size = 0.6
     """Radius of the outer edges [mm]."""
 
-    def shape(self) -> Shape:
-        """The solid, the head's centre at its origin."""
-        return self._pressing(
-            spanner_head, self.jaw_mm, self.head_radius_mm, self.handle_width_mm, self.thickness_mm,
-            self.edge_radius_mm, feature_mm=self.thickness_mm / 2,
-        )  # fmt: skip
+    def _solid(self) -> Shape:
+        outline = (self.jaw_mm, self.head_radius_mm, self.handle_width_mm)
+        return _shape(spanner_head, (*outline, self.thickness_mm, self.edge_radius_mm), self.thickness_mm / 2)
 
     def _problems(self) -> Iterator[str | None]:
         prong = self.head_radius_mm - self.jaw_mm / 2
@@ -157,7 +147,7 @@ class SpannerObject(EverydayObject):
         yield edge_problem(self.edge_radius_mm, prong / 2, self.thickness_mm / 2, self.handle_width_mm / 2)
 
 
-class ScrewdriverObject(EverydayObject):
+class ScrewdriverObject(ObjectBase):
     """The handle of a screwdriver along its y axis, with flutes and a domed butt at +y."""
 
     kind: Literal["screwdriver"]
@@ -168,19 +158,16 @@ class ScrewdriverObject(EverydayObject):
     flutes: Annotated[int, Field(ge=3, le=12)] = 6
     """Number of grooves along the handle."""
 
-    def shape(self) -> Shape:
-        """The solid, centred on its origin."""
-        return self._pressing(
-            fluted_handle, self.radius_mm, self.length_mm, self.flutes, feature_mm=0.25 * self.radius_mm
-        )
+    def _solid(self) -> Shape:
+        return _shape(fluted_handle, (self.radius_mm, self.length_mm, self.flutes), 0.25 * self.radius_mm)
 
     def _problems(self) -> Iterator[str | None]:
         if self.length_mm <= self.radius_mm:
             yield f"length_mm = {self.length_mm:g} is not allowed: must be above radius_mm = {self.radius_mm:g}"
 
 
-class ScissorsObject(EverydayObject):
-    """The finger loops of scissors, side by side in the xy plane, the arms towards +y."""
+class ScissorsObject(ObjectBase):
+    """The finger loops of scissors, side by side in the xy plane about the origin, the arms towards +y."""
 
     kind: Literal["scissors"]
     tube_radius_mm: Size
@@ -192,16 +179,13 @@ class ScissorsObject(EverydayObject):
     gap_mm: Size = 2.0
     """Free distance between the loops [mm]."""
 
-    def shape(self) -> Shape:
-        """The solid, the point between the loops at its origin."""
-        return self._pressing(
-            scissor_loops, self.loop_width_mm, self.loop_length_mm, self.tube_radius_mm, self.gap_mm,
-            feature_mm=self.tube_radius_mm,
-        )  # fmt: skip
+    def _solid(self) -> Shape:
+        dimensions = (self.loop_width_mm, self.loop_length_mm, self.tube_radius_mm, self.gap_mm)
+        return _shape(scissor_loops, dimensions, self.tube_radius_mm)
 
 
-class BananaObject(EverydayObject):
-    """The middle of a banana along its y axis: bent, five-sided, its outer side towards +z."""
+class BananaObject(ObjectBase):
+    """The middle of a banana along its y axis: bent, five-sided, its outer side towards +z, about the origin."""
 
     kind: Literal["banana"]
     radius_mm: Size
@@ -211,11 +195,8 @@ class BananaObject(EverydayObject):
     bend_radius_mm: Annotated[float, Field(ge=20, le=1000)] = 120.0
     """Radius of the centre line [mm]."""
 
-    def shape(self) -> Shape:
-        """The solid, the middle of its centre line at its origin."""
-        return self._pressing(
-            banana_section, self.radius_mm, self.length_mm, self.bend_radius_mm, feature_mm=0.4 * self.radius_mm
-        )
+    def _solid(self) -> Shape:
+        return _shape(banana_section, (self.radius_mm, self.length_mm, self.bend_radius_mm), 0.4 * self.radius_mm)
 
     def _problems(self) -> Iterator[str | None]:
         if self.radius_mm >= self.bend_radius_mm or self.length_mm > 2 * self.bend_radius_mm:

@@ -1,7 +1,7 @@
 """Any watertight triangle mesh as an object; its file is read only when the shape is asked for."""
 
 from dataclasses import replace
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
@@ -9,7 +9,9 @@ from magicsim.config.named_files import FileName
 from magicsim.errors import ConfigError
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.objects.rigid_object import ObjectBase, Size
-from magicsim.geometry.shapes.solids import Shape
+
+if TYPE_CHECKING:
+    from magicsim.geometry.shapes.mesh_solid import MeshShape
 
 LEAST_TOUCHING_MM = 0.5
 """Across which a mesh of unknown unit has to be to touch [mm]."""
@@ -40,18 +42,15 @@ class MeshObject(ObjectBase):
         points = surface.vertices / mm_per_unit(self.path, self.scale)
         return replace(surface, colors=file_colors(self.path, points))
 
-    def shape(self) -> Shape:
-        """The solid, read from its file; `ConfigError` where that holds no mesh that can press."""
+    def _solid(self) -> "MeshShape":
         from magicsim.geometry.files.mesh_file import load_mesh
 
-        return self.entered_from_above(load_mesh(self.path, scale=self.scale, feature_mm=self.feature_mm))
+        return load_mesh(self.path, scale=self.scale, feature_mm=self.feature_mm)
 
     def refuse_contact(self) -> None:
         """See `ObjectBase.refuse_contact`: a mesh that is tiny although nobody gave its scale is in metres."""
-        from magicsim.geometry.files.mesh_file import load_mesh
-
         if self.scale is None:
-            low, high = load_mesh(self.path, feature_mm=self.feature_mm).box_mm
+            low, high = self._solid().box_mm
             if (across := float((high - low).max())) < LEAST_TOUCHING_MM:
                 raise ConfigError(
                     f"mesh '{self.path}' is {across:.4g} mm across and cannot touch: at least {LEAST_TOUCHING_MM:g} mm "

@@ -44,7 +44,11 @@ class ObjectBase(Config):
     """Rotation about z, applied last and added to the path's twist [degrees]."""
 
     def shape(self) -> Shape:
-        """The solid; every kind has its own."""
+        """The solid about the object's origin, with contact by the side of entry."""
+        return self.entered_from_above(self._solid())
+
+    def _solid(self) -> Shape:
+        """The exact solid; every kind has its own, or a `shape`."""
         raise NotImplementedError
 
     def surface(self) -> SurfaceMesh:
