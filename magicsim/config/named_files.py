@@ -26,7 +26,7 @@ ROOM_SUFFIXES = (".png", ".jpg", ".jpeg")
 """What tells that a `room` is a file."""
 MODEL_SUFFIX = ".touch"
 """What tells that a text names a model of touches (`render.model`)."""
-FileName = Annotated[str, AfterValidator(lambda name: str(expanded(name)) if name.startswith("~") else name)]
+FileName = Annotated[str, AfterValidator(os.path.expanduser)]
 """A file of the user's in a model, `~` replaced by the home folder."""
 
 

@@ -15,10 +15,9 @@ from magicsim.config.named_files import FileName
 from magicsim.config.presets import PATHS_START, is_file
 from magicsim.errors import ConfigError
 from magicsim.folder.listing import sha256_of
+from magicsim.geometry.coat import Color
 from magicsim.notebook.screen import from_srgb
 
-Share = Annotated[float, Field(ge=0, le=1)]
-Color = tuple[Share, Share, Share]
 Depth = Annotated[float, Field(ge=0, le=25)]
 MOST_MARKERS = 20_000
 ROUNDING_MM = 1e-9

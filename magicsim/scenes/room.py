@@ -20,13 +20,13 @@ from magicsim.config.named_files import is_picture
 from magicsim.config.presets import expanded, is_file, preset_root
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.folder.listing import sha256_of
+from magicsim.geometry.coat import Color
 from magicsim.notebook.screen import from_srgb
 
 STREAM = 0x9A55
 """Keeps its random numbers apart from others of a scene's seed."""
 OUT_OF_SIGHT = 5.0
 """Sideways distance, in units of the distance ahead, from which on it is not there: 79 degrees from the axis."""
-Reflectance = Annotated[float, Field(ge=0, le=1)]
 Size = Annotated[float, Field(ge=1, le=10_000)]
 FOLDER = "scenes/rooms"
 MOST_COLUMNS = 4096
@@ -50,7 +50,7 @@ class Passing(Config):
     """Width and height [mm]."""
     rise_mm: Annotated[float, Field(ge=-100_000, le=100_000)] = -200.0
     """Height of its middle over the sensor's axis, along y [mm]."""
-    reflectance: tuple[Reflectance, Reflectance, Reflectance] = (0.12, 0.15, 0.25)
+    reflectance: Color = (0.12, 0.15, 0.25)
     """Diffuse reflectance, linear RGB."""
     every_s: Annotated[float, Field(ge=0.1, le=3600)] = 8.0
     """Time from one passage to the next [s]."""

@@ -13,8 +13,6 @@ from typing import Any
 import igl
 import numpy as np
 import trimesh
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from trimesh.resolvers import FilePathResolver
 
 from magicsim.arrays import Array
@@ -333,8 +331,8 @@ def inside_out_parts(surface: SurfaceMesh) -> int:
     """How many of the parts that do not hang together are inside out, cavities in other parts left out."""
     faces, count = surface.faces, len(surface.vertices)
     ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
-    graph = coo_array((np.ones(len(ends), bool), (ends[:, 0], ends[:, 1])), shape=(count, count))
-    parts, part_of = connected_components(graph, directed=False)
+    part_of = np.asarray(trimesh.graph.connected_component_labels(ends, count))  # type: ignore[no-untyped-call]
+    parts = int(part_of.max()) + 1
     a, b, c = (surface.vertices[faces[:, corner]] for corner in range(3))
     volumes = np.zeros(parts)
     np.add.at(volumes, part_of[faces[:, 0]], np.einsum("ij,ij->i", a, np.cross(b, c)) / 6)

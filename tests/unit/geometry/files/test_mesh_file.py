@@ -25,7 +25,7 @@ def written(folder: Path, mesh: trimesh.Trimesh, name: str = "part.stl") -> str:
     return str(folder / name)
 
 
-@pytest.mark.parametrize("suffix", mesh_file.SUFFIXES)
+@pytest.mark.parametrize("suffix", mesh_file.MESH_SUFFIXES)
 def test_every_format_gives_the_same_solid(tmp_path: Path, suffix: str):
     box = trimesh.creation.box((2.0, 3.0, 4.0))
     box.apply_translation((0.5, 0.0, 0.0))
