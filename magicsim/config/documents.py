@@ -58,7 +58,7 @@ def _read(path: Path, kind: str, most: int) -> str:
         size = path.stat().st_size
         if size > most:
             raise ConfigError(f"{path} has {size} bytes: a {kind} file may have at most {most}")
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")  # editors may mark the beginning
     except OSError as error:
         raise ConfigError(f"cannot read {path}: {error.strerror or error}") from None
     except UnicodeDecodeError:

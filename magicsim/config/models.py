@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from magicsim.config.documents import MAX_DEPTH, parse_toml
 from magicsim.config.named_files import read_with_paths
-from magicsim.config.presets import find_preset
+from magicsim.config.presets import expanded, find_preset, is_file
 from magicsim.errors import LINE_LENGTH, NAME_LENGTH, ConfigError, shortened, unknown_choice
 
 NUMERIC = ("int_", "float_", "greater_than", "less_than")
@@ -49,20 +49,20 @@ def _follows(problem: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) ->
 
 
 def _key(model: type[BaseModel], problem: Mapping[str, Any]) -> str:
+    table, _ = _walked(model, problem["loc"][:-1])
     if problem["type"] == "extra_forbidden":
-        return ".".join(filter(None, (_written(model, problem["loc"][:-1]), str(problem["loc"][-1]))))
-    return _written(model, problem["loc"]) or "the whole"
+        return f"{table}.{problem['loc'][-1]}".lstrip(".")
+    return _walked(model, problem["loc"])[0] or "the whole"
 
 
 def _describe(model: type[BaseModel], problem: Mapping[str, Any]) -> str:
-    location = _written(model, problem["loc"])
+    location, _ = _walked(model, problem["loc"])
     kind = problem["type"]
     if kind == "extra_forbidden":
-        table = _written(model, problem["loc"][:-1])
-        valid = _keys_at(model, problem["loc"][:-1])
+        table, annotation = _walked(model, problem["loc"][:-1])
         key = str(problem["loc"][-1])
         where = "" if table else _below(model, key)
-        return unknown_choice(f"key in [{table}]" if table else "key", key, valid) + where
+        return unknown_choice(f"key in [{table}]" if table else "key", key, _fields_in(annotation)) + where
     if kind == "missing":
         return f"{location} is missing"
     if kind == "union_tag_not_found":
@@ -89,16 +89,13 @@ def _reason(problem: Mapping[str, Any]) -> str:
 
 def _below(model: type[BaseModel], key: str) -> str:
     """Where an unknown key would be known: in a table of the model."""
-    tables = [name for name in model.model_fields if key in _keys_at(model, (name,))]
+    tables = [name for name, field in model.model_fields.items() if key in _fields_in(field.annotation)]
     return f"; there is {' and '.join(f'{table}.{key}' for table in tables)}" if tables else ""
 
 
 def _range_at(model: type[BaseModel], location: Sequence[str | int]) -> str:
     """What numbers a field takes; empty where that is not one number's matter."""
-    parent: Any = model
-    for part in location[:-1]:
-        parent = _entered(parent, part)
-    field = getattr(_model_in(parent, ""), "model_fields", {}).get(location[-1])
+    field = _fields_in(_walked(model, location[:-1])[1]).get(location[-1])
     if field is None:
         return ""
     members = (field.annotation, *getattr(field.annotation, "__args__", ()))
@@ -116,31 +113,24 @@ def _range_at(model: type[BaseModel], location: Sequence[str | int]) -> str:
     return f"must be a {number} {' and '.join(bounds)}".rstrip()
 
 
-def _written(model: type[BaseModel], location: Sequence[str | int]) -> str:
-    """Dotted keys as the user writes them, without the names that pydantic adds for members of a union."""
-    keys = [
-        str(part)
-        for place, part in enumerate(location)
-        if isinstance(part, int) or part in _keys_at(model, location[:place])
-    ]
-    return ".".join(keys)
-
-
-def _keys_at(model: type[BaseModel], location: Sequence[str | int]) -> list[str]:
-    """Valid keys of the table at a location, found by walking the model's fields."""
+def _walked(model: type[BaseModel], location: Sequence[str | int]) -> tuple[str, Any]:
+    """Dotted keys as the user writes them, without pydantic's names for members of a union, and what stands there."""
+    keys: list[str] = []
     current: Any = model
     for part in location:
-        current = _entered(current, part)
-    return list(getattr(_model_in(current, ""), "model_fields", {}))
+        if isinstance(part, int):
+            keys.append(str(part))
+        elif (field := _fields_in(current, part).get(part)) is not None:
+            keys.append(part)
+            current = field.annotation
+        else:
+            current = _model_in(current, part)
+    return ".".join(keys), current
 
 
-def _entered(annotation: Any, part: str | int) -> Any:  # noqa: ANN401 - annotations have no common type
-    """One step from a table to what is written below it."""
-    if isinstance(part, int):
-        return annotation
-    current = _model_in(annotation, part)
-    fields = getattr(current, "model_fields", {})
-    return fields[part].annotation if part in fields else current
+def _fields_in(annotation: Any, tag: str = "") -> dict[Any, Any]:  # noqa: ANN401 - annotations have no common type
+    """Fields of the model inside an annotation, by name."""
+    return getattr(_model_in(annotation, tag), "model_fields", {})
 
 
 def _model_in(annotation: Any, tag: str) -> Any:  # noqa: ANN401 - annotations have no common type
@@ -215,23 +205,27 @@ def load_preset(
 def read_whole(path: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
     """Content of a TOML file, with the design, the rig and the object that it names put in place, and with overrides.
 
-    A file that is named by its path is looked for beside this one first.
+    A path that the file names starts beside it, one of an override in the current folder; the other folder is second.
     """
-    return in_place(read_with_paths(path), path.parent, overrides)
+    return in_place(read_with_paths(path), path.parent, overrides, typed_in=Path())
 
 
-def in_place(data: Mapping[str, Any], folder: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
-    """Content of a file, as `read_whole`, from what it holds and the folder where it stands."""
+def in_place(
+    data: Mapping[str, Any], folder: Path, overrides: Sequence[str] = (), *, typed_in: Path | None = None
+) -> dict[str, Any]:
+    """Content of a file, as `read_whole`, from what it holds and the folder where it stands.
+
+    Files that overrides name are looked for in `typed_in` first, by default beside the file as others are.
+    """
     named = {each: [one for one in overrides if one.partition("=")[0].strip() == each] for each in NAMED}
     result = dict(data)
     for kind, chosen in named.items():
         result = apply_overrides(result, chosen)
         name = result.get(kind)
         if isinstance(name, str):
-            local = folder / name
-            result[kind] = read_with_paths(
-                local if name.endswith(".toml") and local.is_file() else find_preset(kind, name)
-            )
+            places = [typed_in, folder] if chosen and typed_in is not None else [folder]
+            paths = [place / expanded(name) for place in places if name.endswith(".toml")]
+            result[kind] = read_with_paths(next(filter(is_file, paths), None) or find_preset(kind, name))
     return apply_overrides(result, [one for one in overrides if one.partition("=")[0].strip() not in NAMED])
 
 

@@ -11,7 +11,9 @@ import os
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import AfterValidator
 
 from magicsim.config.documents import read_toml
 from magicsim.config.presets import expanded, is_file, is_folder
@@ -22,10 +24,10 @@ FILE_KEYS = {"mesh": ("path", "folder"), "picture": ("file",), "height_map": ("f
 """Keys that name a file or a folder, by the `kind` of their table: objects, markers, faces."""
 ROOM_SUFFIXES = (".png", ".jpg", ".jpeg")
 """What tells that a `room` is a file."""
-
-
 MODEL_SUFFIX = ".touch"
 """What tells that a text names a model of touches (`render.model`)."""
+FileName = Annotated[str, AfterValidator(os.path.expanduser)]
+"""A file of the user's in a model, `~` replaced by the home folder."""
 
 
 def read_with_paths(path: Path) -> dict[str, Any]:

@@ -4,6 +4,7 @@ The wheel carries them in `magicsim/_presets/`; a checkout has them at its top l
 commands, schemas, presets and kinds of presets by their entry points.
 """
 
+import os
 import re
 import textwrap
 from dataclasses import dataclass
@@ -91,26 +92,17 @@ def find_preset(kind: str, name: str | Path) -> Path:
 
 def is_file(path: Path) -> bool:
     """Whether there is such a file; not where the name is none, is too long or leads through links in a circle."""
-    try:
-        return path.is_file()
-    except (OSError, ValueError):
-        return False
+    return os.path.isfile(path)
 
 
 def is_folder(path: Path) -> bool:
     """Whether there is such a folder; not where the name is none, is too long or leads through links in a circle."""
-    try:
-        return path.is_dir()
-    except (OSError, ValueError):
-        return False
+    return os.path.isdir(path)
 
 
 def expanded(path: str | Path) -> Path:
     """The path with `~` replaced by the home folder, where there is one."""
-    try:
-        return Path(path).expanduser()
-    except RuntimeError:  # no such user
-        return Path(path)
+    return Path(os.path.expanduser(path))
 
 
 _SENTENCE_END = re.compile(r"(?<=[.!?])\s+(?=[A-Z0-9])")

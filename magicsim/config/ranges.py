@@ -9,13 +9,11 @@ from magicsim.errors import ConfigError
 
 def check_number(name: str, value: float, low: float, high: float, *, whole: bool = False) -> None:
     """Refuses (`ConfigError`) a number that is not finite, not whole where asked for, or outside of a range."""
-    kind = "whole number" if whole else "number"
+    allowed = f"must be a {'whole number' if whole else 'number'} of at least {low:g} and at most {high:g}"
     if not is_number(value):
-        msg = f"{name} = {value!r} is not allowed: must be a {kind} of at least {low:g} and at most {high:g}"
-        raise ConfigError(msg)
+        raise ConfigError(f"{name} = {value!r} is not allowed: {allowed}")
     if not (math.isfinite(value) and low <= value <= high and (not whole or value == int(value))):
-        msg = f"{name} = {value:g} is not allowed: must be a {kind} of at least {low:g} and at most {high:g}"
-        raise ConfigError(msg)
+        raise ConfigError(f"{name} = {value:g} is not allowed: {allowed}")
 
 
 def check_vector(name: str, value: object, low: float, high: float, *, length: int = 3) -> None:

@@ -237,7 +237,7 @@ class ElastomerDesign(Config):
         if self.wall_mm < MIN_WALL_MM:
             yield f"wall_mm = {self.wall_mm:g} is not allowed: must be at least {MIN_WALL_MM:g} mm"
         core_mm = np.array([*self.footprint_mm, self.height_mm]) - 2 * self.skin_mm
-        yield self.unevenness.problem(core_mm, self.skin_mm, self.cell_mm, self.wall_mm)
+        yield from self.unevenness.problems(core_mm, self.skin_mm, self.cell_mm, self.wall_mm)
         if self.materials.infill is None:
             yield "materials.infill is missing: a design with cells (cell_mm > 0) needs an infill material"
 

@@ -96,10 +96,8 @@ def build_elastomer(design: ElastomerDesign, *, facet_mm: float = FACET_MM) -> E
         vertices=(grid.centres_mm()[:, None] + cell.vertices).reshape(-1, 3),
         faces=(first[:, None, None] + cell.faces).reshape(-1, 3),
     )
-    if radius_mm == 0:
-        _check("infill", infill, grid.infill_volume_mm3)
-    else:
-        _check("infill", infill, grid.cell_count * cell_volume_mm3(grid.cell_mm, radius_mm), FACET_TOLERANCE)
+    volume_mm3 = grid.cell_count * cell_volume_mm3(grid.cell_mm, radius_mm)
+    _check("infill", infill, volume_mm3, FACET_TOLERANCE if radius_mm > 0 else VOLUME_TOLERANCE)
     drawn = infill.vertices[: len(cell.vertices)]
     inclusions = draw_inclusions(design.inclusions, grid, drawn)
     fused = draw_fused_cells(design.unevenness.torn_share, design.unevenness.seed, grid, infill)

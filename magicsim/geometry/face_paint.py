@@ -13,6 +13,7 @@ PIXELS_PER_DIAMETER = 24
 FINEST_MM = 0.01
 """Pixels are not finer than this [mm]: a tenth of what a camera pixel covers."""
 MOST_PIXELS = 4_000_000
+TINY = 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,7 +48,7 @@ def face_paint(design: ElastomerDesign) -> FacePaint | None:
 def _dotted(markers: DotMarkers, size: Array, ground: Array) -> FacePaint:
     from scipy.spatial import cKDTree
 
-    pixel = max(FINEST_MM, markers.diameter_mm / PIXELS_PER_DIAMETER, float(np.sqrt(np.prod(size) / MOST_PIXELS)))
+    pixel = max(markers.diameter_mm / PIXELS_PER_DIAMETER, _finest_mm(size))
     columns, rows = (int(count) for count in np.ceil(size / pixel))
     x, y = (
         np.arange(count) * pixel + pixel / 2 - extent / 2 for count, extent in zip((columns, rows), size, strict=True)
@@ -62,7 +63,9 @@ def _dotted(markers: DotMarkers, size: Array, ground: Array) -> FacePaint:
 
 
 def _printed(markers: PictureMarkers, size: Array, ground: Array) -> FacePaint:
-    pixels = markers.pixels()[::-1]
+    pixels, finest = markers.pixels()[::-1], _finest_mm(size)
+    if markers.width_mm / pixels.shape[1] < finest:
+        pixels = _coarser(pixels, max(1, int(markers.width_mm / finest)))
     pixel = markers.width_mm / pixels.shape[1]
     columns, rows = (int(np.ceil(extent / pixel)) + 2 for extent in size)
     texels = np.tile(ground, (rows, columns, 1))
@@ -71,6 +74,20 @@ def _printed(markers: PictureMarkers, size: Array, ground: Array) -> FacePaint:
     texels[there] = _over(pixels[..., 3:], pixels[..., :3], ground)
     origin = (-markers.width_mm / 2 - column * pixel, -pixels.shape[0] * pixel / 2 - row * pixel)
     return FacePaint(texels=texels, origin_mm=origin, pixel_mm=pixel)
+
+
+def _finest_mm(size: Array) -> float:
+    return max(FINEST_MM, float(np.sqrt(np.prod(size) / MOST_PIXELS)))
+
+
+def _coarser(pixels: Array, columns: int) -> Array:
+    """Means of a picture over larger pixels, colours weighted by their opacity."""
+    import cv2
+
+    rows = max(1, round(pixels.shape[0] * columns / pixels.shape[1]))
+    weighted = np.concatenate([pixels[..., :3] * pixels[..., 3:], pixels[..., 3:]], -1)
+    means = cv2.resize(weighted, (columns, rows), interpolation=cv2.INTER_AREA)
+    return np.concatenate([means[..., :3] / np.maximum(means[..., 3:], TINY), means[..., 3:]], -1)
 
 
 def _over(share: Array, color: Array, ground: Array) -> Array:

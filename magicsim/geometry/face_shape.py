@@ -15,10 +15,11 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, PrivateAttr
 
 from magicsim.arrays import Array
 from magicsim.config.models import Config
+from magicsim.config.named_files import FileName
 from magicsim.config.presets import PATHS_START, is_file
 from magicsim.errors import ConfigError
 from magicsim.folder.listing import sha256_of
@@ -81,13 +82,20 @@ class HeightMap(Config):
     """A free form, smooth at the scale of a cell: heights on a regular grid over the footprint."""
 
     kind: Literal["height_map"]
-    file: str
+    file: FileName
     """NPY of heights [mm], or a PNG whose grey levels are heights; rows run along -y, columns along x, and the first
     and last of both lie on the block's sides."""
     footprint_mm: tuple[Annotated[float, Field(ge=2, le=200)], Annotated[float, Field(ge=2, le=200)]]
     """Size that it covers along x and y, the design's own [mm]."""
     range_mm: Annotated[float, Field(gt=0, le=25)] = 1.0
     """Height of a PNG's white over its black [mm]; larger is further out."""
+    _content: str = PrivateAttr("")
+    """Digest of the file: with another content under its name this is another face."""
+
+    def model_post_init(self, _: object) -> None:
+        """Notes what the file holds, where it is there."""
+        path = Path(self.file)
+        self._content = sha256_of(path) if is_file(path) else ""
 
     def problem(self, height_mm: float) -> str | None:
         """Why a block cannot have this face, or None where it can."""
@@ -121,17 +129,18 @@ class HeightMap(Config):
 @lru_cache(maxsize=4)
 def _read(file: str, range_mm: float, _whole_path: str, _digest: str) -> Array:
     """Heights of a file, which its whole path and its content tell from others of its name [mm]."""
+    from PIL import Image
+
     path, problem = Path(file), f"face.file = '{file}' is not allowed: must be a PNG or an NPY of two dimensions"
     try:
         if path.suffix == ".npy":
             heights = np.asarray(np.load(path), np.float64)
         else:
-            from PIL import Image
-
             with Image.open(path) as picture:
-                heights = np.asarray(picture.convert("I"), np.float64)
-                heights *= range_mm / (255 if picture.mode in {"L", "P", "RGB", "RGBA"} else 65535)
-    except (OSError, ValueError) as error:
+                is_deep = picture.mode.startswith("I")
+                heights = np.asarray(picture.convert("I" if is_deep else "L"), np.float64)
+                heights *= range_mm / (65535 if is_deep else 255)
+    except (OSError, ValueError, EOFError, Image.DecompressionBombError) as error:
         raise ConfigError(f"{problem} ({type(error).__name__})") from None
     if heights.ndim != 2 or min(heights.shape) < 4 or not np.isfinite(heights).all():  # noqa: PLR2004 -- a cubic's
         raise ConfigError(f"{problem} of at least 4 x 4 finite heights")

@@ -15,6 +15,8 @@ WIDEST_FILLET = 0.4
 """Largest radius where walls cross, in units of a cell's edge."""
 CUTOFF_SKIN_SD = 3.0
 """The skin differs from the drawing by at most so many standard deviations."""
+WAVE_REACH_SD = 4.0
+"""No wave of a print moves a cell by more standard deviations: it would lie outside of the skin."""
 MOST_OF_SKIN, MOST_OF_CELL = 0.5, 0.25
 """Part of the skin that cells may move into, and of a cell that an uneven skin may take or give."""
 Scale = Annotated[float, Field(ge=0.9, le=1.1)]
@@ -92,36 +94,40 @@ class Unevenness(Config):
         growth = np.array(self.pitch_drift) / 4 * (along**2 - 1 / 3)
         return np.asarray(half * ((np.array(self.pitch_scale) - 1) * along + growth))
 
-    def problem(self, core_mm: Array, skin_mm: float, cell_mm: float, wall_mm: float) -> str | None:
-        """Why a grid in a core of a size along x, y and z cannot be printed like this, or None where it can."""
+    def problems(self, core_mm: Array, skin_mm: float, cell_mm: float, wall_mm: float) -> Iterator[str]:
+        """Why a grid in a core of a size along x, y and z cannot be printed like this."""
         if wall_mm - 3 * self.wall_sd_mm < MIN_WALL_MM and self.wall_sd_mm > 0:
-            return (
+            yield (
                 f"unevenness.wall_sd_mm = {self.wall_sd_mm:g} is not allowed with wall_mm = {wall_mm:g}: "
                 f"wall_mm - 3 wall_sd_mm must be at least {MIN_WALL_MM:g} mm"
             )
         if self.crossing_radius_mm > WIDEST_FILLET * cell_mm:
-            return (
+            yield (
                 f"unevenness.crossing_radius_mm = {self.crossing_radius_mm:g} is not allowed with cell_mm = "
                 f"{cell_mm:g}: must be at most {WIDEST_FILLET:g} cell_mm"
             )
+        if WAVE_REACH_SD * self.wave_sd_mm > skin_mm:
+            yield (
+                f"unevenness.wave_sd_mm = {self.wave_sd_mm:g} is not allowed with skin_mm = {skin_mm:g}: must be at "
+                f"most {skin_mm / WAVE_REACH_SD:.3g}, or cells would pass through the skin"
+            )
         thickest = CUTOFF_SKIN_SD * self.skin_sd_mm
         if thickest > MOST_OF_CELL * cell_mm:
-            return (
+            yield (
                 f"unevenness.skin_sd_mm = {self.skin_sd_mm:g} is not allowed with cell_mm = {cell_mm:g}: must be at "
                 f"most {MOST_OF_CELL / CUTOFF_SKIN_SD * cell_mm:.3g}"
             )
         if not self.shifts_cells or core_mm.min() <= 0:
-            return None
+            return
         ends = np.stack([-core_mm, core_mm]) / 2
         reach = np.abs(self.shift_mm(ends, *ends)).max(0)
         reach[2] += thickest
         if (reach > MOST_OF_SKIN * skin_mm).any():
             axis = int(reach.argmax())
-            return (
+            yield (
                 f"unevenness.pitch_scale, pitch_drift and skin_sd_mm move cells by up to {reach[axis]:.3g} mm into the "
                 f"skin along {'xyz'[axis]}: must be at most {MOST_OF_SKIN:g} skin_mm = {MOST_OF_SKIN * skin_mm:g} mm"
             )
-        return None
 
 
 class Roughness(Config):

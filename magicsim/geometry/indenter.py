@@ -11,8 +11,9 @@ from magicsim.geometry.objects.rigid_object import ObjectBase
 from magicsim.geometry.pose import Pose
 from magicsim.geometry.shapes.solids import Shape
 
-COARSE_MM, FINE = 0.25, 25
-"""Spacing of the places that are looked at first [mm], and how much finer those are that follow."""
+COARSE_MM, FINE, LEAST = 0.25, 25, 8
+"""Spacing of the places that are looked at first [mm], how much finer those are that follow, and how many of the first
+there are at least across an object."""
 CLOSE_MM = 1e-7
 MOST_STEPS = 200
 
@@ -94,16 +95,22 @@ def place_object(
 def first_touch_mm(shape: Shape, pose: Pose, face: Dome | HeightMap, footprint_mm: tuple[float, float]) -> float:
     """Travel along z until an object touches a curved face, from a pose with its highest point at z = 0 [mm].
 
-    Conservative advancement: an object whose nearest place of the face is at distance d may rise by d. One that passes
-    beside the block touches nothing; it counts from the highest place of the face. The travel is never negative.
+    Conservative advancement: an object whose nearest place of the face is at distance d may rise by d, and one that a
+    place is found in by so much has to sink. One that passes beside the block touches nothing; it counts from the
+    highest place of the face. The travel is never negative.
     """
+    half = np.array(footprint_mm) / 2
     axes = [np.linspace(-size / 2, size / 2, round(size / COARSE_MM) + 1) for size in footprint_mm]
     places = np.stack(np.meshgrid(*axes), -1).reshape(-1, 2)
     highest = float(face.rise_mm(places).max())
+    low, high = (np.clip(each[:2], -half, half) for each in Indenter(shape=shape, pose=pose).box_mm())
+    if (high - low).min() < LEAST * COARSE_MM:
+        counts = np.maximum(np.ceil((high - low) / COARSE_MM), LEAST).astype(int) + 1
+        axes = [np.linspace(*ends) for ends in zip(low, high, counts, strict=True)]
+        places = np.concatenate([places, np.stack(np.meshgrid(*axes), -1).reshape(-1, 2)])
     travel, nearest = _advance(shape, pose, face, places, 0.0, highest)
     local = np.linspace(-COARSE_MM, COARSE_MM, 2 * FINE + 1)
     fine = nearest + np.stack(np.meshgrid(local, local), -1).reshape(-1, 2)
-    half = np.array(footprint_mm) / 2
     return _advance(shape, pose, face, np.clip(fine, -half, half), max(0.0, travel - COARSE_MM), highest)[0]
 
 
@@ -113,10 +120,10 @@ def _advance(
     points = np.column_stack([places, face.rise_mm(places)])
     travel, nearest = start, places[0]
     for _ in range(MOST_STEPS):
-        distance = shape.distance(pose.to_object(points - [0.0, 0.0, travel]))[0]
-        number = int(distance.argmin())
-        nearest = places[number]
-        if distance[number] < CLOSE_MM or travel >= most:
+        distances = shape.distance(pose.to_object(points - [0.0, 0.0, travel]))[0]
+        number = int(distances.argmin())
+        nearest, distance = places[number], float(distances[number])
+        if abs(distance) < CLOSE_MM or (travel >= most if distance > 0 else travel <= 0):
             break
-        travel += float(distance[number])
+        travel = max(0.0, travel + distance)
     return min(travel, most), nearest

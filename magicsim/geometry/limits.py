@@ -101,7 +101,4 @@ class LimitsWatch:
         """Warns where something is above its limit and nothing was before."""
         if excess and not self.has_warned:
             self.has_warned = True
-            LOGGER.warning(
-                "beyond what the print bears: %s; infill may yield, walls and skin may tear",
-                excess,
-            )
+            LOGGER.warning("beyond what the print bears: %s; infill may yield, walls and skin may tear", excess)

@@ -1,6 +1,8 @@
 """Markers on the contact face or below it: dots in a pattern, or a picture. `[markers]` in a design."""
 
-import hashlib
+from collections import defaultdict
+from itertools import islice, product, repeat
+from math import floor, hypot
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -9,12 +11,13 @@ from pydantic import Field
 
 from magicsim.arrays import Array
 from magicsim.config.models import Config
+from magicsim.config.named_files import FileName
 from magicsim.config.presets import PATHS_START, is_file
 from magicsim.errors import ConfigError
+from magicsim.folder.listing import sha256_of
+from magicsim.geometry.coat import Color
 from magicsim.notebook.screen import from_srgb
 
-Share = Annotated[float, Field(ge=0, le=1)]
-Color = tuple[Share, Share, Share]
 Depth = Annotated[float, Field(ge=0, le=25)]
 MOST_MARKERS = 20_000
 ROUNDING_MM = 1e-9
@@ -23,7 +26,9 @@ GREY_STEP = 1 / 255
 HALF = 0.5
 """Opacity from which on a pixel belongs to a spot."""
 TRIES = 200
-"""Places that are tried for each dot of a random pattern before it counts as full."""
+"""Places that are tried for each dot of a random pattern before it is left out."""
+BLOCK = 1000
+"""Places that are drawn at a time."""
 
 
 class DotMarkers(Config):
@@ -31,7 +36,8 @@ class DotMarkers(Config):
 
     kind: Literal["dots"]
     pattern: Literal["square", "hexagonal", "random"] = "square"
-    """Arrangement, symmetric about the middle of the face; `random` keeps the mean density of `square`."""
+    """Arrangement, symmetric about the middle of the face; `random` keeps the mean density of `square` where dots find
+    room for it, 1.1 diameters apart: up to 0.7 of the pitch they do."""
     pitch_mm: Annotated[float, Field(ge=0.2, le=50)]
     """Distance of neighbours [mm]."""
     diameter_mm: Annotated[float, Field(ge=0.05, le=20)]
@@ -83,14 +89,20 @@ class DotMarkers(Config):
     def _scattered(self, room: Array) -> Array:
         """At random, no two dots closer than a diameter and a tenth."""
         wanted = max(1, round(float(np.prod(2 * room)) / self.pitch_mm**2))
-        random, dots = np.random.default_rng(self.seed), np.zeros((0, 2))
+        apart, random = 1.1 * self.diameter_mm, np.random.default_rng(self.seed)
+        tiles: dict[tuple[int, int], list[tuple[float, float]]] = defaultdict(list)
+        dots: list[tuple[float, float]] = []
+        places = (place for _ in repeat(None) for place in random.uniform(-room, room, (BLOCK, 2)).tolist())
         for _ in range(wanted):
-            for _ in range(TRIES):
-                place = random.uniform(-room, room)
-                if (np.linalg.norm(dots - place, axis=1) > 1.1 * self.diameter_mm).all():
-                    dots = np.concatenate([dots, place[None]])
+            for x, y in islice(places, TRIES):
+                column, row = floor(x / apart), floor(y / apart)
+                around = product((column - 1, column, column + 1), (row - 1, row, row + 1))
+                if all(hypot(x - other[0], y - other[1]) > apart for tile in around for other in tiles.get(tile, ())):
+                    tiles[column, row].append((x, y))
+                    dots.append((x, y))
                     break
-        return dots[np.lexsort((dots[:, 0], dots[:, 1]))]
+        found = np.array(dots).reshape(-1, 2)
+        return found[np.lexsort((found[:, 0], found[:, 1]))]
 
 
 def _centred(room: float, step: float) -> Array:
@@ -103,7 +115,7 @@ class PictureMarkers(Config):
     """A picture on the contact face: its opaque pixels are printed, in their own colour."""
 
     kind: Literal["picture"]
-    file: str
+    file: FileName
     """PNG with or without alpha, sRGB; without alpha all of it is printed. Rows run along -y, columns along x."""
     width_mm: Annotated[float, Field(ge=0.5, le=200)]
     """Width along x, with the picture's own proportions, centred on the face [mm]."""
@@ -132,7 +144,7 @@ class PictureMarkers(Config):
 
     def digest(self) -> str:
         """Digest of the file's content, which may be replaced by another of that name."""
-        return hashlib.sha256(Path(self.file).read_bytes()).hexdigest()
+        return sha256_of(Path(self.file))
 
     def pixels(self) -> Array:
         """Linear RGB and opacity, shape (rows, columns, 4) in 0..1; `ConfigError` where the file is no picture."""

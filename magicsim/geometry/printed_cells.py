@@ -164,8 +164,6 @@ def draw_fused_cells(share: float, seed: int, grid: CellGrid, cells: SurfaceMesh
 
 def _missing(share: float, seed: int, grid: CellGrid) -> tuple[Index, Index]:
     """Cells below missing walls and the axes across these, walls in random order, of each cell one at the most."""
-    if share == 0:
-        return np.zeros(0, np.int64), np.zeros(0, np.int64)
     steps = np.cumprod([1, *grid.counts[:2]])
     places = np.stack(np.unravel_index(np.arange(grid.cell_count), grid.counts[::-1]), 1)[:, ::-1]
     cell, axis = np.nonzero(places < np.array(grid.counts) - 1)

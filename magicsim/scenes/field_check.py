@@ -1,7 +1,8 @@
 """What a scene shows or presses beside its block: allowed, and seldom meant.
 
 A camera that sees past the block shows its side faces and the strips along them. An object larger than the contact face
-reaches over it, and where it presses on the rim, contact beside the face is left out.
+reaches over it, and where it presses on the rim, contact beside the face is left out. The mesh of a file keeps the
+file's origin, which may be far from it.
 """
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.camera.projection import focal_px, landing_mm
 from magicsim.errors import ConfigError
+from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.indenter import Indenter, place_object
 from magicsim.scenes.refusals import object_problem
 from magicsim.scenes.scene import SceneConfig
@@ -39,7 +41,12 @@ def _places(scene: SceneConfig) -> list[tuple[int, Indenter]]:
     """Frame of each keyframe with an object, and the object there."""
     target = scene.object
     return [
-        (at.frame, place_object(target, gap_mm=at.gap_mm, x_mm=at.x_mm, y_mm=at.y_mm, twist_deg=at.twist_deg))
+        (
+            at.frame,
+            place_object(
+                target, gap_mm=at.gap_mm, x_mm=at.x_mm, y_mm=at.y_mm, twist_deg=at.twist_deg, design=scene.design
+            ),
+        )
         for at in scene.keyframes
         if target is not None and at.gap_mm is not None
     ]
@@ -79,15 +86,21 @@ def _object(scene: SceneConfig) -> list[str]:
     if not places:
         return []
     face = np.array(scene.design.footprint_mm)
-    extents = np.array([_extent_mm(places[0][1], axis) for axis in (0, 1)])
-    found = []
+    low, high = np.array([[each[:2] for each in pose.box_mm()] for _, pose in places]).transpose(1, 0, 2)
+    extents, found = high[0] - low[0], []
     if (extents > face).any():
         sizes = [" x ".join(f"{each:.3g}" for each in size) for size in (extents, face)]
         found.append(
             f"the object is larger than the sensor: {sizes[0]} mm before a contact face of {sizes[1]} mm; only what "
             "lies before the face is felt"
         )
-    rim = _rim_mm(face)
+    if ((low > face / 2) | (high < -face / 2)).any(1).all():
+        ends = [f"{a:.4g} to {b:.4g} mm along {axis}" for a, b, axis in zip(low[0], high[0], AXES, strict=True)]
+        found.append(
+            f"the object is never before the contact face: at keyframe {places[0][0]} it lies at {' and '.join(ends)}; "
+            "x_mm and y_mm place its origin, which of a mesh is that of its file"
+        )
+    rim = _rim_mm(scene.design)
     over = [frame for frame, pose in places if (pose.distance(rim)[0] < 0).any()]
     if over:
         found.append(
@@ -97,15 +110,10 @@ def _object(scene: SceneConfig) -> list[str]:
     return found
 
 
-def _extent_mm(indenter: Indenter, axis: int) -> float:
-    direction = indenter.pose.rotation[axis]
-    return indenter.shape.support_mm(direction) + indenter.shape.support_mm(-direction)
-
-
-def _rim_mm(face_mm: Array) -> Array:
+def _rim_mm(design: ElastomerDesign) -> Array:
     """Points on the edges of the undeformed contact face, shape (4 RIM_POINTS, 3) [mm]."""
     along = np.linspace(-0.5, 0.5, RIM_POINTS)
     half = np.full(RIM_POINTS, 0.5)
-    x = np.concatenate([along, along, half, -half])
-    y = np.concatenate([half, -half, along, along])
-    return np.stack([x * face_mm[0], y * face_mm[1], np.zeros(4 * RIM_POINTS)], -1)
+    places = np.stack([np.concatenate([along, along, half, -half]), np.concatenate([half, -half, along, along])], -1)
+    places *= design.footprint_mm
+    return np.column_stack([places, design.rise_mm(places)])

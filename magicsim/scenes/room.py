@@ -16,19 +16,19 @@ from pydantic import Field
 from magicsim.arrays import Array
 from magicsim.config.documents import read_toml
 from magicsim.config.models import Config, validate
+from magicsim.config.named_files import is_picture
 from magicsim.config.presets import expanded, is_file, preset_root
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.folder.listing import sha256_of
+from magicsim.geometry.coat import Color
 from magicsim.notebook.screen import from_srgb
 
 STREAM = 0x9A55
 """Keeps its random numbers apart from others of a scene's seed."""
 OUT_OF_SIGHT = 5.0
 """Sideways distance, in units of the distance ahead, from which on it is not there: 79 degrees from the axis."""
-Reflectance = Annotated[float, Field(ge=0, le=1)]
 Size = Annotated[float, Field(ge=1, le=10_000)]
 FOLDER = "scenes/rooms"
-SUFFIXES = (".png", ".jpg", ".jpeg")
 MOST_COLUMNS = 4096
 MODES = ("L", "LA", "P", "RGB", "RGBA")
 """Kinds of pixels, as Pillow calls them, that are taken for sRGB."""
@@ -50,7 +50,7 @@ class Passing(Config):
     """Width and height [mm]."""
     rise_mm: Annotated[float, Field(ge=-100_000, le=100_000)] = -200.0
     """Height of its middle over the sensor's axis, along y [mm]."""
-    reflectance: tuple[Reflectance, Reflectance, Reflectance] = (0.12, 0.15, 0.25)
+    reflectance: Color = (0.12, 0.15, 0.25)
     """Diffuse reflectance, linear RGB."""
     every_s: Annotated[float, Field(ge=0.1, le=3600)] = 8.0
     """Time from one passage to the next [s]."""
@@ -73,7 +73,7 @@ def room_file(name: str) -> Path:
     if name in room_names():
         return preset_root() / FOLDER / f"{name}.png"
     path = expanded(name)
-    if path.suffix.lower() not in SUFFIXES:
+    if not is_picture(name):
         raise ConfigError(unknown_choice("room (or a PNG or JPEG file)", name, ["dark", *room_names()]))
     if not is_file(path):
         msg = f"rig.room = '{name}' does not exist; give a PNG or JPEG file or one of: dark, {', '.join(room_names())}"

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from magicsim.camera.disturbances import readout_problem
 from magicsim.config.models import Config, load_preset
-from magicsim.config.named_files import MODEL_SUFFIX
+from magicsim.config.named_files import MODEL_SUFFIX, FileName
 from magicsim.geometry.design import FACET_MM, ElastomerDesign
 from magicsim.geometry.limits import CoreFailure
 from magicsim.geometry.objects.kinds import ObjectConfig
@@ -170,7 +170,7 @@ class RenderSettings(Config):
     tier: Literal["true", "fast"] = "true"
     """Fast: pictures of touches come from a model that was distilled from true frames (`magicsim distil`), those of
     what is near, of a flashlight and of what passes by compressed transport. Mechanics are those of the true tier."""
-    model: str | None = None
+    model: FileName | None = None
     """File of that model, `*.touch`; by default one that comes with the program, where one knows the sensor."""
     outside_domain: Literal["true", "refuse"] = "true"
     """What becomes of touches that the model does not know: true frames, or an error."""

@@ -158,33 +158,29 @@ def export_design(design: ElastomerDesign, out: Path | str) -> Export:
     check_file(out)
     as_drawn = {"unevenness": Unevenness(), "roughness": Roughness(), "inclusions": Inclusions()}
     parts = printed_parts(build_elastomer(design.model_copy(update=as_drawn)))
-    for path in _paths(out, parts)[1:]:
+    others = parts[1:] if out.suffix == ".stl" else ()
+    paths = [out, *(out.with_name(f"{out.stem}-{part.name}.stl") for part in others)]
+    for path in paths[1:]:
         refuse_unsigned(path)
+    _write(paths, parts)
     return Export(
-        files=[str(path) for path in _write(out, parts)],
+        files=[str(path) for path in paths],
         watertight=all(part.mesh.is_watertight() for part in parts),
         volume_mm3=parts[0].mesh.volume_mm3(),
         infill_volume_mm3=sum(part.mesh.volume_mm3() for part in parts[1:]),
     )
 
 
-def _write(out: Path, parts: Sequence[PrintedPart]) -> list[Path]:
+def _write(paths: Sequence[Path], parts: Sequence[PrintedPart]) -> None:
     """Writes all files beside their final names first, so that no part stands there alone."""
-    if out.suffix != ".stl":
-        with result_file(out) as partial:
-            write = write_3mf if out.suffix == ".3mf" else write_glb
-            write(partial, parts)
-        return [out]
-    paths = _paths(out, parts)
     with ExitStack() as files:
-        for partial, part in zip([files.enter_context(result_file(path)) for path in paths], parts, strict=True):
-            trimesh.Trimesh(part.mesh.vertices, part.mesh.faces, process=False).export(partial)
-            with partial.open("rb+") as file:  # the 80 bytes before the triangles are anybody's
-                file.write(PRODUCER.encode())
-    return paths
-
-
-def _paths(out: Path, parts: Sequence[PrintedPart]) -> list[Path]:
-    """Files of an export: `out`, and for STL one more for each further part."""
-    others = parts[1:] if out.suffix == ".stl" else []
-    return [out, *(out.with_name(f"{out.stem}-{part.name}{out.suffix}") for part in others)]
+        partials = [files.enter_context(result_file(path)) for path in paths]
+        if paths[0].suffix == ".3mf":
+            write_3mf(partials[0], parts)
+        elif paths[0].suffix == ".glb":
+            write_glb(partials[0], parts)
+        else:
+            for partial, part in zip(partials, parts, strict=True):
+                trimesh.Trimesh(part.mesh.vertices, part.mesh.faces, process=False).export(partial)
+                with partial.open("rb+") as file:  # the 80 bytes before the triangles are anybody's
+                    file.write(PRODUCER.encode())

@@ -7,12 +7,10 @@ import numpy as np
 import trimesh
 
 from magicsim.arrays import Array
+from magicsim.conventions import MAX_PIXELS
 from magicsim.errors import ConfigError
 from magicsim.geometry.files.mesh_file import read_mesh
 from magicsim.notebook.screen import from_srgb
-
-MAX_PIXELS = 50_000_000
-"""Largest texture: it is decoded when its colours are looked up."""
 
 
 def file_colors(path: str, points: Array) -> Array:

@@ -13,12 +13,11 @@ from typing import Any
 import igl
 import numpy as np
 import trimesh
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from trimesh.resolvers import FilePathResolver
 
 from magicsim.arrays import Array
 from magicsim.config.documents import parse_json
+from magicsim.config.named_files import MESH_SUFFIXES
 from magicsim.config.presets import PATHS_START, is_file
 from magicsim.errors import ConfigError
 from magicsim.folder.listing import sha256_of
@@ -28,7 +27,6 @@ from magicsim.geometry.shapes.mesh_solid import MeshShape
 
 LOGGER = logging.getLogger(__name__)
 logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # its errors are reported once, by us
-SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb")
 MAX_BYTES = 200_000_000
 """Largest file: text with as many triangles as are allowed has about 130 MB."""
 MAX_TRIANGLES = 500_000
@@ -49,7 +47,9 @@ SMALL_MM = 5.0
 """Across which a mesh whose scale nobody gave may be in metres or inches [mm]."""
 UNITS = {b"inch": 25.4, b"inches": 25.4, b"metre": 1000, b"metres": 1000, b"meter": 1000, b"meters": 1000, b"cm": 10,
          b"centimeters": 10, b"centimetres": 10, b"m": 1000, b"in": 25.4}  # fmt: skip
-UNIT = re.compile(rb"units?[ \t]*[:=]?[ \t]*(" + b"|".join(UNITS) + rb")\b", re.IGNORECASE)
+UNIT = re.compile(
+    rb"units?[ \t]*[:=]?[ \t]*(?:(?:is|are|in)[ \t]+)*(?!in[ \t]+\w)(" + b"|".join(UNITS) + rb")\b", re.IGNORECASE
+)
 """How headers and comments name one."""
 UNIT_BYTES = 4096
 """Length of the beginning that is searched for it."""
@@ -70,8 +70,9 @@ def load_mesh(path: str, *, scale: float | None = None, feature_mm: float | None
         ConfigError: No such file, not readable as a mesh, empty, not watertight, too small, too large or too detailed.
     """
     file = Path(path)
-    if file.suffix.lower() not in SUFFIXES:
-        raise ConfigError(f"mesh '{path}' is not allowed: must end in {', '.join(SUFFIXES[:-1])} or {SUFFIXES[-1]}")
+    if file.suffix.lower() not in MESH_SUFFIXES:
+        *others, last = MESH_SUFFIXES
+        raise ConfigError(f"mesh '{path}' is not allowed: must end in {', '.join(others)} or {last}")
     if not is_file(file):
         raise ConfigError(f"mesh '{path}' does not exist ({PATHS_START})")
     if (size := file.stat().st_size) > MAX_BYTES:  # before its content is hashed
@@ -330,8 +331,8 @@ def inside_out_parts(surface: SurfaceMesh) -> int:
     """How many of the parts that do not hang together are inside out, cavities in other parts left out."""
     faces, count = surface.faces, len(surface.vertices)
     ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
-    graph = coo_array((np.ones(len(ends), bool), (ends[:, 0], ends[:, 1])), shape=(count, count))
-    parts, part_of = connected_components(graph, directed=False)
+    part_of = np.asarray(trimesh.graph.connected_component_labels(ends, count))  # type: ignore[no-untyped-call]
+    parts = int(part_of.max()) + 1
     a, b, c = (surface.vertices[faces[:, corner]] for corner in range(3))
     volumes = np.zeros(parts)
     np.add.at(volumes, part_of[faces[:, 0]], np.einsum("ij,ij->i", a, np.cross(b, c)) / 6)

@@ -166,8 +166,6 @@ class Element:
 def triangulated_ply(content: bytes) -> bytes | None:
     """Vertices and triangles, where polygons are concave or coloured, or differ in size in a binary file.
 
-    None where the reader takes the file as it is.
-
     None where the reader takes the file as it is; `ValueError` where it is broken.
     """
     end = END.search(content)

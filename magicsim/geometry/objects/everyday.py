@@ -1,11 +1,12 @@
-"""Spanner, screwdriver, scissors and banana: what a user writes for them, and the mesh that presses.
+"""Spanner, screwdriver, scissors, banana and meshes of files: what a user writes for them, and the mesh that presses.
 
-Each solid is closed and outward, its edges rounded where skin would touch them. Only the part near the sensor is
-modelled.
+Each solid is closed and outward; of those by name edges are rounded where skin would touch them, and only the part near
+the sensor is modelled.
 """
 
 import atexit
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -15,7 +16,9 @@ from manifold3d import CrossSection, JoinType, Manifold, OpType
 from pydantic import Field
 
 from magicsim.arrays import Array
-from magicsim.geometry.mesh import from_manifold
+from magicsim.config.named_files import FileName
+from magicsim.errors import ConfigError
+from magicsim.geometry.mesh import SurfaceMesh, from_manifold
 from magicsim.geometry.objects.rigid_object import ObjectBase, Size, edge_problem
 from magicsim.geometry.shapes.solids import Shape
 
@@ -78,10 +81,7 @@ def scissor_loops(loop_width_mm: float, loop_length_mm: float, tube_radius_mm: f
         centre = np.array([side * offset, 0.0, 0.0])
         end = centre + np.array([0.0, loop_length_mm / 2, 0.0])
         arm = np.stack([end, np.array([side * tube_radius_mm, loop_length_mm, 0.0])])
-        parts += [
-            tube(loop + centre, np.full(len(loop), tube_radius_mm)),
-            tube(arm, np.full(len(arm), tube_radius_mm)),
-        ]
+        parts += [tube(loop + centre, np.full(len(loop), tube_radius_mm)), tube(arm, np.full(len(arm), tube_radius_mm))]
     return Manifold.batch_boolean(parts, OpType.Add)
 
 
@@ -121,15 +121,8 @@ def _shape(build: Callable[..., Manifold], dimensions: tuple[float, ...], featur
 atexit.register(_shape.cache_clear)
 
 
-class EverydayObject(ObjectBase):
-    """An object whose solid is a mesh that is built from a few dimensions."""
-
-    def _pressing(self, build: Callable[..., Manifold], *dimensions: float, feature_mm: float) -> Shape:
-        return self.entered_from_above(_shape(build, dimensions, feature_mm))
-
-
-class SpannerObject(EverydayObject):
-    """The open end of a spanner, flat in its xy plane, the jaw towards +y."""
+class SpannerObject(ObjectBase):
+    """The open end of a spanner, flat in its xy plane, the jaw towards +y, the head's centre at the origin."""
 
     kind: Literal["spanner"]
     jaw_mm: Size
@@ -143,19 +136,18 @@ class SpannerObject(EverydayObject):
     edge_radius_mm: Size = 0.6
     """Radius of the outer edges [mm]."""
 
-    def shape(self) -> Shape:
-        """The solid, the head's centre at its origin."""
-        return self._pressing(
-            spanner_head, self.jaw_mm, self.head_radius_mm, self.handle_width_mm, self.thickness_mm,
-            self.edge_radius_mm, feature_mm=self.thickness_mm / 2,
-        )  # fmt: skip
+    def _solid(self) -> Shape:
+        outline = (self.jaw_mm, self.head_radius_mm, self.handle_width_mm)
+        return _shape(spanner_head, (*outline, self.thickness_mm, self.edge_radius_mm), self.thickness_mm / 2)
 
     def _problems(self) -> Iterator[str | None]:
         prong = self.head_radius_mm - self.jaw_mm / 2
+        if prong <= 0:
+            yield f"jaw_mm = {self.jaw_mm:g} is not allowed: must be below {2 * self.head_radius_mm:g}, the head's"
         yield edge_problem(self.edge_radius_mm, prong / 2, self.thickness_mm / 2, self.handle_width_mm / 2)
 
 
-class ScrewdriverObject(EverydayObject):
+class ScrewdriverObject(ObjectBase):
     """The handle of a screwdriver along its y axis, with flutes and a domed butt at +y."""
 
     kind: Literal["screwdriver"]
@@ -166,19 +158,16 @@ class ScrewdriverObject(EverydayObject):
     flutes: Annotated[int, Field(ge=3, le=12)] = 6
     """Number of grooves along the handle."""
 
-    def shape(self) -> Shape:
-        """The solid, centred on its origin."""
-        return self._pressing(
-            fluted_handle, self.radius_mm, self.length_mm, self.flutes, feature_mm=0.25 * self.radius_mm
-        )
+    def _solid(self) -> Shape:
+        return _shape(fluted_handle, (self.radius_mm, self.length_mm, self.flutes), 0.25 * self.radius_mm)
 
     def _problems(self) -> Iterator[str | None]:
         if self.length_mm <= self.radius_mm:
             yield f"length_mm = {self.length_mm:g} is not allowed: must be above radius_mm = {self.radius_mm:g}"
 
 
-class ScissorsObject(EverydayObject):
-    """The finger loops of scissors, side by side in the xy plane, the arms towards +y."""
+class ScissorsObject(ObjectBase):
+    """The finger loops of scissors, side by side in the xy plane about the origin, the arms towards +y."""
 
     kind: Literal["scissors"]
     tube_radius_mm: Size
@@ -190,16 +179,13 @@ class ScissorsObject(EverydayObject):
     gap_mm: Size = 2.0
     """Free distance between the loops [mm]."""
 
-    def shape(self) -> Shape:
-        """The solid, the point between the loops at its origin."""
-        return self._pressing(
-            scissor_loops, self.loop_width_mm, self.loop_length_mm, self.tube_radius_mm, self.gap_mm,
-            feature_mm=self.tube_radius_mm,
-        )  # fmt: skip
+    def _solid(self) -> Shape:
+        dimensions = (self.loop_width_mm, self.loop_length_mm, self.tube_radius_mm, self.gap_mm)
+        return _shape(scissor_loops, dimensions, self.tube_radius_mm)
 
 
-class BananaObject(EverydayObject):
-    """The middle of a banana along its y axis: bent, five-sided, its outer side towards +z."""
+class BananaObject(ObjectBase):
+    """The middle of a banana along its y axis: bent, five-sided, its outer side towards +z, about the origin."""
 
     kind: Literal["banana"]
     radius_mm: Size
@@ -209,11 +195,8 @@ class BananaObject(EverydayObject):
     bend_radius_mm: Annotated[float, Field(ge=20, le=1000)] = 120.0
     """Radius of the centre line [mm]."""
 
-    def shape(self) -> Shape:
-        """The solid, the middle of its centre line at its origin."""
-        return self._pressing(
-            banana_section, self.radius_mm, self.length_mm, self.bend_radius_mm, feature_mm=0.4 * self.radius_mm
-        )
+    def _solid(self) -> Shape:
+        return _shape(banana_section, (self.radius_mm, self.length_mm, self.bend_radius_mm), 0.4 * self.radius_mm)
 
     def _problems(self) -> Iterator[str | None]:
         if self.radius_mm >= self.bend_radius_mm or self.length_mm > 2 * self.bend_radius_mm:
@@ -221,3 +204,48 @@ class BananaObject(EverydayObject):
                 f"bend_radius_mm = {self.bend_radius_mm:g} is not allowed: must be above radius_mm = "
                 f"{self.radius_mm:g} and at least half of length_mm = {self.length_mm:g}"
             )
+
+
+LEAST_TOUCHING_MM = 0.5
+"""Across which a mesh of unknown unit has to be to touch [mm]."""
+
+
+class MeshObject(ObjectBase):
+    """A watertight mesh from an STL, OBJ, PLY, OFF or GLB file, in the file's frame; that of a GLB file has y up."""
+
+    kind: Literal["mesh"]
+    path: FileName
+    """The file; a relative path starts beside the TOML file that it stands in, or in the current folder."""
+    scale: Annotated[float, Field(ge=1e-6, le=1e6)] | None = None
+    """Millimetres per unit of the file; by default 1, and of a GLB file, which is in metres, 1000."""
+    file_colors: bool = False
+    """Whether the file's texture, vertices or faces (OBJ, PLY, GLB) give the colour instead of `color`; it is taken at
+    the vertices of the drawn triangles."""
+    feature_mm: Size | None = None
+    """Smallest detail that contact resolves [mm]; half of the mesh's smallest extent by default."""
+
+    def surface(self) -> SurfaceMesh:
+        """See `ObjectBase.surface`, with the file's colours where asked for; `ConfigError` where it cannot press."""
+        surface = self.shape().mesh()
+        if not self.file_colors:
+            return surface
+        from magicsim.geometry.files.mesh_colors import file_colors
+        from magicsim.geometry.files.mesh_file import mm_per_unit
+
+        points = surface.vertices / mm_per_unit(self.path, self.scale)
+        return replace(surface, colors=file_colors(self.path, points))
+
+    def _solid(self) -> "MeshShape":
+        from magicsim.geometry.files.mesh_file import load_mesh
+
+        return load_mesh(self.path, scale=self.scale, feature_mm=self.feature_mm)
+
+    def refuse_contact(self) -> None:
+        """See `ObjectBase.refuse_contact`: a mesh that is tiny although nobody gave its scale is in metres."""
+        if self.scale is None:
+            low, high = self._solid().box_mm
+            if (across := float((high - low).max())) < LEAST_TOUCHING_MM:
+                raise ConfigError(
+                    f"mesh '{self.path}' is {across:.4g} mm across and cannot touch: at least {LEAST_TOUCHING_MM:g} mm "
+                    "are needed where no scale is given; metres? try scale=1000"
+                )

@@ -11,8 +11,13 @@ from magicsim.config.models import read_whole, validate
 from magicsim.config.named_files import MESH_SUFFIXES
 from magicsim.config.presets import find_preset, preset_names
 from magicsim.errors import ConfigError, unknown_choice
-from magicsim.geometry.objects.everyday import BananaObject, ScissorsObject, ScrewdriverObject, SpannerObject
-from magicsim.geometry.objects.mesh_object import MeshObject
+from magicsim.geometry.objects.everyday import (
+    BananaObject,
+    MeshObject,
+    ScissorsObject,
+    ScrewdriverObject,
+    SpannerObject,
+)
 from magicsim.geometry.objects.plain import (
     BoxObject,
     ConeObject,

@@ -43,8 +43,9 @@ class RoundObject(ObjectBase):
     length_mm: Size
     edge_radius_mm: Size = EDGE_RADIUS_MM
 
-    def _solid(self, axis: Literal["x", "y", "z"]) -> Shape:
-        return self.entered_from_above(RoundedCylinder(self.radius_mm, self.length_mm, axis, self.edge_radius_mm))
+    def _solid(self) -> Shape:
+        axis = getattr(self, "axis", "z")
+        return RoundedCylinder(self.radius_mm, self.length_mm, axis, self.edge_radius_mm)
 
     def _problems(self) -> Iterator[str | None]:
         yield edge_problem(self.edge_radius_mm, self.radius_mm, self.length_mm / 2)
@@ -57,20 +58,12 @@ class CylinderObject(RoundObject):
     length_mm: Size = 20.0
     axis: Literal["x", "y", "z"] = "y"
 
-    def shape(self) -> Shape:
-        """The solid, centred on its origin."""
-        return self._solid(self.axis)
-
 
 class PunchObject(RoundObject):
     """A flat punch: a circular face on a shaft along z, its rim rounded."""
 
     kind: Literal["punch"]
     length_mm: Size = 10.0
-
-    def shape(self) -> Shape:
-        """The solid, centred on its origin."""
-        return self._solid("z")
 
 
 class BoxObject(ObjectBase):
@@ -85,9 +78,8 @@ class BoxObject(ObjectBase):
         """Edges along the object's x, y and z [mm]."""
         return self.size_mm if isinstance(self.size_mm, tuple) else (self.size_mm,) * 3
 
-    def shape(self) -> Shape:
-        """The solid, centred on its origin."""
-        return self.entered_from_above(RoundedBox(self.sizes_mm, self.edge_radius_mm))
+    def _solid(self) -> Shape:
+        return RoundedBox(self.sizes_mm, self.edge_radius_mm)
 
     def _problems(self) -> Iterator[str | None]:
         yield edge_problem(self.edge_radius_mm, min(self.sizes_mm) / 2)

@@ -6,6 +6,7 @@ import numpy as np
 from pydantic import Field
 
 from magicsim.config.models import Config
+from magicsim.geometry.coat import Color, Share
 from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
 from magicsim.geometry.shapes.entry import EntrySide
@@ -15,7 +16,6 @@ Size = Annotated[float, Field(gt=0.01, le=200)]
 MOST_TWIST_DEG = 3600.0
 """Ten turns: a path may turn an object more than once [degrees]."""
 AngleDeg = Annotated[float, Field(ge=-MOST_TWIST_DEG, le=MOST_TWIST_DEG)]
-Reflectance = Annotated[float, Field(ge=0, le=1)]
 EDGE_RADIUS_MM = 0.1
 SHELL_MM = 0.05
 """Depth below a surface up to which contact keeps the nearest feature, see `EntrySide` [mm]."""
@@ -30,9 +30,9 @@ REACH_FEATURES = 2.0
 class ObjectBase(Config):
     """Fields that every object has beside its shape."""
 
-    color: tuple[Reflectance, Reflectance, Reflectance] = (0.7, 0.7, 0.7)
+    color: Color = (0.7, 0.7, 0.7)
     """Diffuse reflectance in linear RGB, 0..1."""
-    specular: Reflectance = 0.0
+    specular: Share = 0.0
     """Share of the light that the surface mirrors, like bare metal or varnish; the rest meets the diffuse ground."""
     roughness: Annotated[float, Field(ge=0.02, le=1)] = 0.2
     """Root mean square slope of the facets that mirror."""
@@ -44,7 +44,11 @@ class ObjectBase(Config):
     """Rotation about z, applied last and added to the path's twist [degrees]."""
 
     def shape(self) -> Shape:
-        """The solid; every kind has its own."""
+        """The solid about the object's origin, with contact by the side of entry."""
+        return self.entered_from_above(self._solid())
+
+    def _solid(self) -> Shape:
+        """The exact solid; every kind has its own, or a `shape`."""
         raise NotImplementedError
 
     def surface(self) -> SurfaceMesh:

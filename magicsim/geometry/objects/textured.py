@@ -251,10 +251,6 @@ class DotsObject(PlateObject):
     spacing_mm: Size
     """Between neighbouring centres [mm]."""
 
-    def shape(self) -> Shape:
-        """The solid, centred on its origin."""
-        return self.entered_from_above(self._solid())
-
     def _problems(self) -> Iterator[str | None]:
         if self.spacing_mm <= 2 * self.radius_mm:
             yield f"spacing_mm = {self.spacing_mm:g} is not allowed: must be above 2 radius_mm = {2 * self.radius_mm:g}"

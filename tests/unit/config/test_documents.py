@@ -40,6 +40,8 @@ def test_usual_files_are_read(tmp_path: Path):
     assert parse_toml(text, source="")["a"] == {"b": {"c": {"name": "x.y.z"}}}
     (tmp_path / "a.json").write_text(json.dumps([{"a": 1}]))
     assert read_json(tmp_path / "a.json") == [{"a": 1}]
+    (tmp_path / "marked.toml").write_text("a = 1\n", encoding="utf-8-sig")
+    assert read_toml(tmp_path / "marked.toml") == {"a": 1}
 
 
 def test_large_file_is_refused_before_it_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -7,9 +7,9 @@ from PIL import Image
 from magicsim.config.named_files import FILE_KEYS, named_files, read_with_paths
 from magicsim.config.presets import preset_root
 from magicsim.dataset.recipes.recipe import load_recipe
-from magicsim.errors import ConfigError
+from magicsim.errors import ConfigError, PresetError
 from magicsim.geometry.design import ElastomerDesign, load_design
-from magicsim.geometry.objects.kinds import find_object
+from magicsim.geometry.objects.kinds import find_object, parse_object
 from magicsim.scenes.scene import load_scene
 
 
@@ -112,3 +112,26 @@ def test_picture_of_a_room_is_found_beside_the_rig_and_names_stay(folder: Path):
     assert read_with_paths(folder / "rig.toml")["room"] == str(folder / "hall.png")
     (folder / "rig.toml").write_text('room = "office"\n')
     assert read_with_paths(folder / "rig.toml")["room"] == "office"
+
+
+def test_file_of_a_setting_is_that_of_the_current_folder_and_of_a_scene_that_beside_it(folder: Path):
+    rig = (preset_root() / "scenes" / "rigs" / "white-ring.toml").read_text()
+    (folder / "rig.toml").write_text(rig + "[flashlight]\nradius_mm = 7\n")
+    scene = (preset_root() / "scenes" / "rest.toml").read_text()
+    (folder / "scene.toml").write_text(scene.replace('rig = "digit-office"', 'rig = "rig.toml"'))
+    assert load_scene(folder / "scene.toml", ["rig=rig.toml"]).rig.flashlight.radius_mm == 7
+    Path("rig.toml").write_text(rig + "[flashlight]\nradius_mm = 6\n")
+    assert load_scene(folder / "scene.toml", ["rig=rig.toml"]).rig.flashlight.radius_mm == 6
+    assert load_scene(folder / "scene.toml").rig.flashlight.radius_mm == 7
+
+
+def test_name_that_is_too_long_for_a_file_is_told(folder: Path):
+    with pytest.raises(PresetError, match=r"rig file '.*' does not exist"):
+        load_scene("rest", [f"rig={'a' * 300}.toml"])
+
+
+def test_tilde_is_the_home_folder_in_files_and_on_the_line(folder: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("HOME", str(folder))
+    (folder / "home.toml").write_text('kind = "mesh"\npath = "~/meshes/nut.stl"\n')
+    for found in (find_object("~/home.toml"), parse_object("mesh:path=~/meshes/nut.stl")):
+        assert found.path == str(folder / "meshes" / "nut.stl")

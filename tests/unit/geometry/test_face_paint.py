@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from magicsim.config.models import load_preset
+from magicsim.geometry import face_paint as face_paint_module
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.face_paint import face_paint
 
@@ -33,3 +35,20 @@ def test_coat_is_opaque_everywhere_and_dots_change_its_colour():
     colors = found.texels[..., :3].reshape(-1, 3)
     assert colors.min() == pytest.approx(0.1)
     np.testing.assert_allclose(np.median(colors, 0), [0.5, 0.4, 0.3])
+
+
+def test_picture_finer_than_a_texel_is_averaged(tmp_path):
+    shares = np.zeros((400, 800, 4), np.uint8)
+    shares[:, :, 0], shares[:, 400:, 3] = 255, 255
+    shares[100:300, :400, 3], shares[100:300, :400, 0] = 255, 0
+    Image.fromarray(shares).save(tmp_path / "fine.png")
+    found = paint(f'markers={{kind="picture",file="{tmp_path / "fine.png"}",width_mm=0.8}}')
+    assert found.pixel_mm == pytest.approx(0.01, rel=0.5)
+    assert found.texels.size < 20 * face_paint_module.MOST_PIXELS
+    opacity = found.texels[..., 3]
+    assert opacity.sum() * found.pixel_mm**2 == pytest.approx(0.4 * 0.4 + 0.2 * 0.4, rel=0.02)
+    rows, columns = np.nonzero(opacity > 0.99)
+    places = np.stack([columns, rows], -1) * found.pixel_mm + found.origin_mm
+    red = found.texels[rows, columns, 0] > 0.99
+    assert places[red].min(0) == pytest.approx([0, -0.2], abs=0.03)
+    assert places[~red].min(0) == pytest.approx([-0.4, -0.1], abs=0.03)

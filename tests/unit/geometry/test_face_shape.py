@@ -4,6 +4,7 @@ import os
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from magicsim.config.models import load_preset
 from magicsim.errors import ConfigError
@@ -54,6 +55,26 @@ def test_ball_touches_a_spherical_dome_where_their_centres_say(side):
     assert travel == pytest.approx(20 - np.sqrt(24**2 - side**2) + 4, abs=2e-5)
 
 
+@pytest.mark.parametrize("place", [(0.125, 0.125), (3.1, -5.14)])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "cone:half_angle_deg=10,length_mm=8",
+        "cone:half_angle_deg=20,length_mm=15",
+        "punch:radius_mm=0.1,edge_radius_mm=0.02",
+        "domed_cylinder:radius_mm=0.1,edge_radius_mm=0.05",
+    ],
+)
+def test_slender_object_touches_between_the_places_that_are_looked_at(text, place):
+    face, thing = dome(crown_mm=3.0), parse_object(text)
+    near = np.linspace(-1, 1, 401)
+    places = np.stack(np.meshgrid(near + place[0], near + place[1]), -1).reshape(-1, 2)
+    level = Pose.from_degrees(np.array([*place, -thing.shape().support_mm(np.array([0, 0, 1.0]))]))
+    travel = first_touch_mm(thing.shape(), level, face, (24.0, 32.0))
+    points = np.column_stack([places, face.rise_mm(places) - travel])
+    assert thing.shape().distance(level.to_object(points))[0].min() == pytest.approx(0, abs=1e-3)
+
+
 def test_height_map_is_read_with_its_rows_from_above(tmp_path):
     x, y = np.meshgrid(np.linspace(-12, 12, 25), np.linspace(16, -16, 33))
     path = tmp_path / "face.npy"
@@ -99,3 +120,35 @@ def test_height_map_that_is_written_anew_is_read_anew(tmp_path):
         np.save(path, height * np.outer(np.hanning(9), np.hanning(9)))
         os.utime(path, (number, number))
         assert face.rise_mm(np.array([[4.0, 4.5]]))[0] == pytest.approx(height)
+
+
+def test_block_is_built_anew_for_a_height_map_with_other_content(tmp_path):
+    path, volumes = tmp_path / "hill.npy", []
+    for height in (0.1, 0.3):
+        np.save(path, height * np.outer(np.hanning(9), np.hanning(9)))
+        block = load_preset(
+            ElastomerDesign, "design", "uniform-block",
+            ["footprint_mm=[8,9]", f'face={{kind="height_map",file="{path}",footprint_mm=[8,9]}}'],
+        )  # fmt: skip
+        volumes.append(build_elastomer(block).body.volume_mm3())
+    assert volumes[1] < 0.98 * volumes[0]
+
+
+@pytest.mark.parametrize("mode", ["1", "L", "LA", "P", "RGB", "RGBA", "I;16"])
+def test_white_of_any_kind_of_png_is_as_high(tmp_path, mode):
+    shades = np.repeat(np.array([0, 255], np.uint8), 10)[None].repeat(8, 0)
+    picture = Image.fromarray(shades.astype(np.uint16) * 257) if mode == "I;16" else Image.fromarray(shades)
+    picture = picture if mode == "I;16" else picture.convert(mode)
+    assert picture.mode == mode
+    picture.save(tmp_path / "step.png")
+    face = HeightMap(kind="height_map", file=str(tmp_path / "step.png"), footprint_mm=(20, 8), range_mm=0.5)
+    assert face.rise_mm(np.array([[-10.0, 0.0]]))[0] == pytest.approx(0.5, rel=1e-3)
+    assert face.rise_mm(np.array([[10.0, 0.0]]))[0] == pytest.approx(0, abs=1e-3)
+
+
+def test_file_that_holds_no_heights_is_told_in_one_line(tmp_path):
+    (tmp_path / "empty.npy").write_bytes(b"")
+    Image.new("1", (20_000, 10_000)).save(tmp_path / "huge.png")
+    for name in ("empty.npy", "huge.png"):
+        with pytest.raises(ConfigError, match=r"must be a PNG or an NPY of two dimensions"):
+            design(f'face={{kind="height_map",file="{tmp_path / name}",footprint_mm=[8,9]}}')

@@ -202,6 +202,13 @@ def test_meshes_stay_closed_and_keep_their_volume():
     assert found.infill.volume_mm3() == pytest.approx(found.grid.infill_volume_mm3, rel=0.01)
 
 
+def test_widest_waves_leave_all_cells_inside_the_block():
+    found = built("unevenness.wave_sd_mm=0.2")
+    low, high = found.body.vertices.min(0), found.body.vertices.max(0)
+    assert (found.infill.vertices > low).all()
+    assert (found.infill.vertices < high).all()
+
+
 def test_each_seed_is_a_print_of_its_own():
     one, same, other = (cells(built("unevenness.wave_sd_mm=0.02", f"unevenness.seed={seed}")) for seed in (1, 1, 2))
     np.testing.assert_array_equal(one, same)
@@ -222,6 +229,7 @@ def test_what_is_printed_is_the_drawing(tmp_path):
         ("unevenness={torn_share=0.01,crossing_radius_mm=0.1}", "one of them must be 0"),
         ("unevenness.wall_sd_mm=0.02", "wall_mm - 3 wall_sd_mm must be at least 0.05 mm"),
         ("unevenness={wave_sd_mm=0.4,wave_length_mm=3}", "must be at most a tenth of it"),
+        ("unevenness.wave_sd_mm=0.25", "must be at most 0.2, or cells would pass through the skin"),
         (
             "unevenness={skin_sd_mm=0.06,skin_length_mm=0.5}",
             "skin_sd_mm = 0.06 is not allowed with skin_length_mm = 0.5",

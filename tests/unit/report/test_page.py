@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from magicsim.geometry.objects.mesh_object import MeshObject
+from magicsim.geometry.objects.everyday import MeshObject
 from magicsim.notebook.screen import EDGE_PX
 from magicsim.report.page import render_report
 from magicsim.report.tables import pick_frames

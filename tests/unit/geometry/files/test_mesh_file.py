@@ -25,7 +25,7 @@ def written(folder: Path, mesh: trimesh.Trimesh, name: str = "part.stl") -> str:
     return str(folder / name)
 
 
-@pytest.mark.parametrize("suffix", mesh_file.SUFFIXES)
+@pytest.mark.parametrize("suffix", mesh_file.MESH_SUFFIXES)
 def test_every_format_gives_the_same_solid(tmp_path: Path, suffix: str):
     box = trimesh.creation.box((2.0, 3.0, 4.0))
     box.apply_translation((0.5, 0.0, 0.0))
@@ -386,10 +386,18 @@ def test_ball_in_metres_is_read_as_metres_of_a_glb_and_told_of_an_stl(tmp_path: 
 
 
 @pytest.mark.parametrize(
-    ("line", "scale"), [("# Units: inches", 25.4), ("# unit = cm", 10), ("# file units: meters", 1000)]
+    ("line", "scale"),
+    [
+        ("# Units: inches", 25.4),
+        ("# unit = cm", 10),
+        ("# file units: meters", 1000),
+        ("# units are in cm", 10),
+        ("# Units in mm", None),
+        ("# all units in millimeters", None),
+    ],
 )
-def test_unit_that_an_obj_names_is_told(tmp_path: Path, line: str, scale: float, caplog):
+def test_unit_that_an_obj_names_is_told_where_it_is_not_the_one_taken(tmp_path: Path, line: str, scale, caplog):
     path = Path(written(tmp_path, trimesh.creation.icosphere(radius=10), "ball.obj"))
     path.write_text(f"{line}\n{path.read_text()}")
     load_mesh(str(path))
-    assert f"scale={scale:g} would take it as that" in caplog.text
+    assert caplog.text == "" if scale is None else f"scale={scale:g} would take it as that" in caplog.text

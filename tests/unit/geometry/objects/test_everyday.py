@@ -70,6 +70,7 @@ def test_loops_are_two_rings_with_a_gap_and_the_banana_is_bent():
     ("text", "words"),
     [
         ("spanner:jaw_mm=21,edge_radius_mm=0.6", "edge_radius_mm = 0.6 is not allowed"),
+        ("spanner:jaw_mm=30", "jaw_mm = 30 is not allowed: must be below 22"),
         ("screwdriver:radius_mm=9,length_mm=8", "length_mm = 8 is not allowed"),
         ("screwdriver:radius_mm=9,flutes=1", "flutes = '1' is not allowed"),
         ("banana:radius_mm=30,bend_radius_mm=25", "bend_radius_mm = 25 is not allowed"),
