@@ -107,7 +107,8 @@ class FrameTable:
         place[np.random.default_rng(seed).permutation(len(names))] = np.arange(len(names))
         ends = np.cumsum(weights) / weights.sum() * len(names)
         least = np.arange(1, len(weights) + 1)  # each split has a group, however small its share
-        ends = np.minimum(np.maximum(np.rint(ends), least), len(names) - least[::-1] + 1)
+        more = np.maximum.accumulate(np.maximum(np.rint(ends) - least, 0))
+        ends = np.minimum(least + more, len(names) - least[::-1] + 1)
         part = np.searchsorted(ends, place, side="right")[member]
         return {name: self.where(part == number) for number, name in enumerate(shares)}
 
