@@ -147,7 +147,7 @@ def _place_bounds(recipe: Recipe) -> Bounds:
         for name, (least, most) in bounds.items():
             drawn = getattr(path, name, None)
             try:
-                _ = drawn.within(least, most) if isinstance(drawn, Distribution) else None
+                _ = drawn.at(0.0, least, most) if isinstance(drawn, Distribution) else None
             except ValueError:
                 raise ConfigError(
                     f"paths.{number}.{name} is not allowed: all of it is outside of the picture, which covers "
@@ -175,15 +175,12 @@ def _varying(numbers: Mapping[str, Number]) -> list[str]:
 
 def _drawer(group: str, point: Array, values: Values, bounds: Bounds | None = None) -> Callable[[str, Number], float]:
     """A function that takes the next coordinate for every distribution, and notes what came out, within its bounds."""
-    shares, inside = iter(point.tolist()), bounds or {}
+    shares = iter(point.tolist())
 
     def draw(name: str, number: Number) -> float:
         if not isinstance(number, Distribution):
             return float(number)
-        share = next(shares)
-        value = number.at(share)
-        if name in inside:
-            value = min(max(number.within(*inside[name]).at(share), inside[name][0]), inside[name][1])
+        value = number.at(next(shares), *(bounds or {}).get(name, ()))
         values[f"{group}.{name}"] = round(value, 9)
         return values[f"{group}.{name}"]
 
@@ -248,6 +245,8 @@ def _sensor(recipe: Recipe, index: int, numbers: dict[str, Number], parts: list[
         for modulus in ("youngs_modulus_mpa", "shear_modulus_mpa", "bulk_modulus_mpa"):
             if modulus in material:
                 material[modulus] *= drawn["stiffness"]
+        for term in material.get("prony", ()):
+            term["modulus_mpa"] *= drawn["stiffness"]
     rig = recipe.rig.model_dump()
     rings = [rig["ring"]] if rig["ring"] is not None else []
     for number, light in enumerate([*rig["strips"], *rig["leds"], *rings]):
