@@ -116,7 +116,7 @@ def inspect_sequences(real: RealSource, sequences: Sequence[RecordedSequence]) -
             size = size or (frame.image.shape[0], frame.image.shape[1])
             check_size(frame.image, size, frame.name)
         if size is None:
-            raise ConfigError(f"{sequence.field}: every frame is a reference; must have others")
+            raise ConfigError(f"{sequence.field}.frames = '{sequence.source.frames}' holds no frame")
         recording = _recording(sequence, len(untouched), size)
         recordings.append(recording)
         told = [*_of_labels(sequence), *_of_clock(sequence, recording), *_of_numbers(sequence)]
