@@ -192,6 +192,7 @@ class ClusterPool:
 
     def wait(self) -> tuple[int, Reply]:
         """The next attempt that ends."""
+        future: Any
         try:
             key, future = self._ended.get(timeout=self._options.timeout_s)
         except queue.Empty:
@@ -199,7 +200,7 @@ class ClusterPool:
             future.cancel()
             reply = Reply.failed(FailureKind.TIMEOUT, f"nothing ended for {self._options.timeout_s:g} s")
         else:
-            if self._running.get(key) is not future:
+            if key not in self._running or self._running[key] is not future:
                 return self.wait()
             try:
                 reply = future.result()
