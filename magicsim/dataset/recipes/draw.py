@@ -39,7 +39,7 @@ FLAWS = (
 )  # fmt: skip
 """Tables of a design that drawn values of a print are added to, their keys there, and the names of the values."""
 SEEDED = ("unevenness", "inclusions")
-"""Those of them that have a seed."""
+"""Tables among them that have a seed."""
 PLACE = ("x_mm", "y_mm")
 CHANNELS = ("red", "green", "blue")
 KEPT = 64
