@@ -101,12 +101,13 @@ class Assembly:
     def __init__(self, ledger: Ledger, recipe: Recipe, manifest: Manifest, schema: pa.Schema) -> None:
         self.ledger, self.out, self.schema, self.manifest = ledger, ledger.out, schema, manifest
         self._layout = Layout(recipe)
-        self._failed = {each.episode: each for each in manifest.failed if each.kind == "refused"}
+        self.failed = {each.episode: each for each in manifest.failed if each.kind == "refused"}
+        """Episodes without rows, by number."""
         self._shards = {entry.file: entry for entry in manifest.shards if ledger.is_intact(entry.file)}
         self._is_missing = np.ones(recipe.episodes, bool)
         self._closed: set[int] = set()
         waiting = self._waiting()
-        known = waiting | set(self._failed) | {entry.episodes[0] for entry in self._shards.values() if entry.episodes}
+        known = waiting | set(self.failed) | {entry.episodes[0] for entry in self._shards.values() if entry.episodes}
         self._begun = {self._layout.number_of(each) for each in known if 0 <= each < recipe.episodes}
         for number in sorted(self._begun):
             self._take_up(number, waiting)
@@ -114,21 +115,6 @@ class Assembly:
     def episodes_to_simulate(self) -> Index:
         """Numbers of those neither in a shard nor waiting for one, in order, shape (episodes left,)."""
         return np.flatnonzero(self._is_missing)
-
-    @property
-    def rows(self) -> int:
-        """Rows in finished shards."""
-        return sum(entry.rows for entry in self._shards.values())
-
-    @property
-    def shards(self) -> int:
-        """Finished shards."""
-        return len(self._shards)
-
-    @property
-    def failed(self) -> int:
-        """Episodes without rows."""
-        return len(self._failed)
 
     def close_ready_shards(self) -> None:
         """Writes the shards whose episodes all wait already."""
@@ -141,10 +127,10 @@ class Assembly:
         log_failures(self.out, "episode", episode, outcome.failures)
         if outcome.result is not None:
             self.ledger.place(_staged(episode), outcome.result)
-            self._failed.pop(episode, None)
+            self.failed.pop(episode, None)
         else:
             last = outcome.failures[-1]
-            self._failed[episode] = FailedEpisode(episode=episode, kind=last.kind.value, message=last.message)
+            self.failed[episode] = FailedEpisode(episode=episode, kind=last.kind.value, message=last.message)
         self._is_missing[episode] = False
         self._close_if_whole(self._layout.number_of(episode))
 
@@ -153,8 +139,8 @@ class Assembly:
         self.manifest = self.manifest.model_copy(
             update={
                 "shards": tuple(self._shards[file] for file in sorted(self._shards)),
-                "failed": tuple(self._failed[episode] for episode in sorted(self._failed)),
-                "rows": self.rows,
+                "failed": tuple(self.failed[episode] for episode in sorted(self.failed)),
+                "rows": sum(entry.rows for entry in self._shards.values()),
                 "is_complete": len(self._closed) == len(self._layout),
             }
         )
@@ -170,7 +156,7 @@ class Assembly:
 
     def _take_up(self, number: int, waiting: set[int]) -> None:
         plan = self._layout[number]
-        wanted = set(plan.episodes) - set(self._failed)
+        wanted = set(plan.episodes) - set(self.failed)
         entry = self._shards.get(plan.file)
         if entry is not None and set(entry.episodes) == wanted:
             self._closed.add(number)
@@ -186,7 +172,7 @@ class Assembly:
         plan = self._layout[number]
         if self._is_missing[list(plan.episodes)].any():
             return
-        episodes = tuple(episode for episode in plan.episodes if episode not in self._failed)
+        episodes = tuple(episode for episode in plan.episodes if episode not in self.failed)
         if episodes:
             tables = (as_schema(read_rows(self.out / _staged(episode)), self.schema) for episode in episodes)
             with self.ledger.writing(plan.file) as partial:

@@ -6,6 +6,7 @@ reading, 1 s after contact; with `contact.rate_dependent` they follow the relaxa
 nobody knows has None, and so has the total. Of images it states the camera's noise and the renderer's error.
 """
 
+import json
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -123,7 +124,7 @@ def tier_sentence(emulated: int, touches: int, checked: Sequence[TierError]) -> 
 
 def card_header(license: str | None, tags: Iterable[str], splits: Iterable[str]) -> str:
     """The lines of a card's header, which name the files of each split."""
-    licence = f"license: {license}\n" if license is not None else ""
+    licence = f"license: {json.dumps(license)}\n" if license is not None else ""
     files = "".join(f"\n  - split: {split}\n    path: data/{split}-*.parquet" for split in splits)
     labels = "\n".join(f"- {tag}" for tag in tags)
     return f"{licence}tags:\n{labels}\nconfigs:\n- config_name: default\n  default: true\n  data_files:{files}"

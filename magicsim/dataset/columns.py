@@ -78,12 +78,13 @@ def _large(recipe: Recipe, size: tuple[int, int]) -> list[Column]:
         )
     if labels.taxels is not None:
         large += _touch(labels.taxels, recipe)
-    if recipe.design.markers is not None:
+    if (markers := recipe.design.markers) is not None:
+        count, place = len(markers.centres_mm(recipe.design.footprint_mm)), "centre of each marker, displaced,"
         large += [
+            array("markers_mm", (count, 3), f"{place} in the sensor's frame [mm]", dtype="float64"),
             array(
-                "markers_mm", (None, 3), "centre of each marker, displaced, in the sensor's frame [mm]", dtype="float64"
+                "markers_px", (count, 2), "column and row at which the camera sees each marker [px]", dtype="float64"
             ),
-            array("markers_px", (None, 2), "column and row at which the camera sees each marker [px]", dtype="float64"),
         ]
     return large
 

@@ -107,19 +107,23 @@ class FrameTable:
         place[np.random.default_rng(seed).permutation(len(names))] = np.arange(len(names))
         ends = np.cumsum(weights) / weights.sum() * len(names)
         least = np.arange(1, len(weights) + 1)  # each split has a group, however small its share
-        ends = np.minimum(np.maximum(np.rint(ends), least), len(names) - least[::-1] + 1)
+        more = np.maximum.accumulate(np.maximum(np.rint(ends) - least, 0))
+        ends = np.minimum(least + more, len(names) - least[::-1] + 1)
         part = np.searchsorted(ends, place, side="right")[member]
         return {name: self.where(part == number) for number, name in enumerate(shares)}
 
     def _value(self, column: Column, row: int) -> Any:  # noqa: ANN401 - as the column has them
-        value = self._table[column.name][row]
-        if column.feature["_type"] != BYTES:
-            return _plain_value(column, value)
-        pixels = decoded_png(value["bytes"].as_py())
-        if pixels is None:
-            msg = f"'{self.path}', a copy of a dataset: {column.name} of row {row} is no PNG that can be decoded"
-            raise OutputError(msg)
-        return pixels > 0 if pixels.ndim == 2 else pixels  # noqa: PLR2004
+        value, kind = self._table[column.name][row], column.feature["_type"]
+        if kind == MATRIX:
+            return matrix(value)
+        if kind == BYTES:
+            pixels = decoded_png(value["bytes"].as_py())
+            if pixels is None:
+                msg = f"'{self.path}', a copy of a dataset: {column.name} of row {row} is no PNG that can be decoded"
+                raise OutputError(msg)
+            return pixels > 0 if pixels.ndim == 2 else pixels  # noqa: PLR2004
+        plain = value.as_py() if value.is_valid else column.empty
+        return np.array(plain) if kind == VECTOR else plain
 
     def _plain(self, name: str) -> AnyArray:
         return np.array(self._table[name].take(pa.array(self.rows)).to_pylist())
@@ -204,12 +208,3 @@ def _is_whole(path: Path, schema: pa.Schema, rows: int) -> bool:
             return bool(table.schema == schema and table.num_rows == rows)
     except (pa.ArrowException, OSError):
         return False
-
-
-def _plain_value(column: Column, value: pa.Scalar) -> Any:  # noqa: ANN401 - as the column has them
-    kind = column.feature["_type"]
-    if kind == MATRIX:
-        return matrix(value)
-    plain = value.as_py()
-    plain = column.empty if plain is None else plain
-    return np.array(plain) if kind == VECTOR else plain

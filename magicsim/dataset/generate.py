@@ -236,7 +236,7 @@ def _complete(
             frames += added
             progress(
                 Standing(
-                    done=done, episode=outcome.key, total=total, failed=assembly.failed, frames=frames,
+                    done=done, episode=outcome.key, total=total, failed=len(assembly.failed), frames=frames,
                     episode_frames=added, episode_seconds=outcome.seconds,
                 )
             )  # fmt: skip
@@ -246,9 +246,9 @@ def _complete(
     assembly.ledger.close()
     seconds = time.perf_counter() - start
     return DatasetSummary(
-        samples=assembly.rows,
-        shards=assembly.shards,
-        failed=assembly.failed,
+        samples=assembly.manifest.rows,
+        shards=len(assembly.manifest.shards),
+        failed=len(assembly.failed),
         seconds=round(seconds, 3),
         frames_per_second=round(frames / seconds, 4) if frames else 0.0,
         bytes=sum(entry.size for entry in assembly.manifest.shards),

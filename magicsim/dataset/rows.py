@@ -29,7 +29,7 @@ from magicsim.dataset.shard import (
 )
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.indentation.force import DIGITS, press_to_force
-from magicsim.deform.lattice.structure import box_lattice
+from magicsim.deform.lattice.structure import box_lattice, curved
 from magicsim.errors import ConfigError
 from magicsim.geometry.grid import lattice_planes, resolve_grid
 from magicsim.geometry.indenter import Indenter
@@ -215,11 +215,11 @@ def sensors_table(sensors: Sequence[DrawnSensor]) -> bytes:
 
 def _sensor_row(sensor: DrawnSensor) -> dict[str, object]:
     body, planes = sensor.design.materials.body, lattice_planes(sensor.design, resolve_grid(sensor.design))
-    lattice = box_lattice(planes[:3], shear_modulus_mpa=body.shear_modulus_mpa, lame_mpa=body.lame_mpa)
+    lattice = box_lattice(planes, shear_modulus_mpa=body.shear_modulus_mpa, lame_mpa=body.lame_mpa)
     return {
         "sensor": sensor.index,
         "design": sensor.design.model_dump_json(),
         "rig": sensor.rig.model_dump_json(),
         "calibration": json.dumps(asdict(calibrate_camera(sensor.design, sensor.rig))),
-        "lattice_nodes_mm": lattice.nodes_mm,
+        "lattice_nodes_mm": curved(lattice, sensor.design).nodes_mm,
     } | {f"drawn.{name}": number for name, number in sensor.values.items()}

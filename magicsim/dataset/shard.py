@@ -200,12 +200,13 @@ def read_shard(folder: Path, entry: ShardEntry, schema: pa.Schema) -> pa.Table:
 
 def as_schema(table: pa.Table, schema: pa.Schema) -> pa.Table:
     """These rows under exactly this schema, whether or not some library has registered its extension types."""
-    arrays = []
-    for name in schema.names:
-        chunk = table[name].combine_chunks()
-        chunk = chunk.storage if isinstance(chunk, pa.ExtensionArray) else chunk
-        arrays.append(chunk)
-    return pa.Table.from_arrays(arrays, schema=schema)
+    return pa.Table.from_arrays([plain_column(table, name) for name in schema.names], schema=schema)
+
+
+def plain_column(table: pa.Table, name: str) -> pa.Array:
+    """A column in Arrow's own types."""
+    column = table[name].combine_chunks()
+    return column.storage if isinstance(column, pa.ExtensionArray) else column
 
 
 def decoded_png(content: object) -> npt.NDArray[Any] | None:

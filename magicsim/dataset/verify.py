@@ -48,10 +48,15 @@ class Verification:
 def verify_dataset(folder: Path) -> Verification:
     """Reads everything; `OutputError` where the folder holds no dataset."""
     manifest = known_manifest(folder)
-    problems = [*_itself(folder, manifest), *_files(folder, manifest), *_strangers(folder, manifest)]
+    try:
+        recipe = load_recipe(folder / CONFIG)
+    except MagicsimError:
+        recipe = None  # frames were recorded, or `_files` tells that it has changed
+    problems = [*_itself(folder, manifest, recipe), *_files(folder, manifest), *_strangers(folder, manifest)]
     problems += [f"{ERRORS}: line {number} has changed since it was written" for number in changed_lines(folder)]
     problems += [f"{name}: changed since it was written" for name in changed_preview(folder)]
-    samples, balance = 0, _largest_balance(folder)
+    balance = SOLVE_QUALITIES[recipe.contact.quality if recipe is not None else "full"].newton.largest_balance
+    samples = 0
     for entry in manifest.shards:
         wrong = list(_shard(folder, entry, manifest, balance))
         samples += entry.rows if not wrong else 0
@@ -66,16 +71,14 @@ def verify_dataset(folder: Path) -> Verification:
     )
 
 
-def _itself(folder: Path, manifest: Manifest) -> Iterator[str]:
+def _itself(folder: Path, manifest: Manifest, recipe: Recipe | None) -> Iterator[str]:
     """What the manifest says wrongly of itself and of the recipe."""
     if not FOLDER.is_unchanged(folder):
         yield f"{MANIFEST}: changed since it was written (its own SHA-256 differs)"
     if sum(entry.rows for entry in manifest.shards) != manifest.rows:
         yield f"{MANIFEST}: rows = {manifest.rows} is not the sum over its shards"
-    try:
-        recipe = load_recipe(folder / CONFIG)
-    except MagicsimError:
-        return  # `_files` tells that it has changed
+    if recipe is None:
+        return
     named = named_files(recipe.model_dump(mode="json"))  # which may be elsewhere, or others by now
     for name, listed, wanted in (
         ("config_hash", manifest.config_hash, manifest.config_hash if named else recipe.config_hash()),
@@ -122,16 +125,8 @@ def _strangers(folder: Path, manifest: Manifest) -> Iterator[str]:
         yield f"{name}: not in the manifest" + ("" if manifest.is_complete else " yet; --resume finishes it")
 
 
-def _largest_balance(folder: Path) -> float:
-    """Largest relative difference between contact force and reaction, as the recipe's solver accepts it."""
-    try:
-        quality = load_recipe(folder / CONFIG).contact.quality
-    except MagicsimError:
-        quality = "full"  # `_files` tells that the recipe has changed
-    return SOLVE_QUALITIES[quality].newton.largest_balance
-
-
 def _shard(folder: Path, entry: ShardEntry, manifest: Manifest, balance: float) -> Iterator[str]:
+    """Problems of a shard; `balance` is the largest relative difference of contact force and reaction."""
     path = folder / entry.file
     if not path.is_file():
         yield f"{entry.file}: missing"
@@ -147,7 +142,7 @@ def _shard(folder: Path, entry: ShardEntry, manifest: Manifest, balance: float) 
 
 
 def _rows(file: pq.ParquetFile, entry: ShardEntry, manifest: Manifest, balance: float) -> Iterator[str]:
-    plain = ["episode", "step", *MADE_BY, "contact", "force_n", "force_balance", "min_jacobian"]
+    plain = ["episode", "step", *MADE_BY, "contact", "force_n", "force_balance"]
     table = file.read(columns=[name for name in plain if name in file.schema_arrow.names])
     episodes = table["episode"].to_pylist()
     if tuple(sorted(set(episodes))) != entry.episodes or table.num_rows != entry.rows:
@@ -165,8 +160,7 @@ def _rows(file: pq.ParquetFile, entry: ShardEntry, manifest: Manifest, balance: 
             yield "holds rows whose force is not finite or not balanced"
         if ((np.linalg.norm(force, axis=1) > 0) != np.array(table["contact"])).any():
             yield "holds rows whose contact flag contradicts their force"
-    if {"taxel_force_n", "force_n"} <= set(file.schema_arrow.names):
-        yield from _taxels(file.read(columns=["taxel_force_n", "taxel_torque_nmm", "force_n", "torque_nmm"]))
+    yield from _taxels(file)
     for number in range(file.num_row_groups):
         for name in ("image", "contact_mask"):
             if name in file.schema_arrow.names:
@@ -175,9 +169,12 @@ def _rows(file: pq.ParquetFile, entry: ShardEntry, manifest: Manifest, balance: 
                     yield f"{name}: a PNG of row group {number} cannot be decoded"
 
 
-def _taxels(table: pa.Table) -> Iterator[str]:
+def _taxels(file: pq.ParquetFile) -> Iterator[str]:
     """Where forces or torques of the taxels do not add up to those of the object."""
     for taxels, whole in (("taxel_force_n", "force_n"), ("taxel_torque_nmm", "torque_nmm")):
+        if taxels not in file.schema_arrow.names:
+            continue
+        table = file.read(columns=[taxels, whole])
         total = np.array([np.sum(each, axis=0) for each in table[taxels].to_pylist()])
         expected = np.array(table[whole].to_pylist())
         if not np.allclose(total, expected, rtol=TAXEL_ROUNDING, atol=TAXEL_ROUNDING):

@@ -68,7 +68,7 @@ def result_folder(target: Path, *, is_listed: bool = True) -> Iterator[Path]:
 def _clear_leftovers(target: Path) -> None:
     """Puts back or removes what killed runs for this target have left, and names what has no list yet."""
     for path in working_folders(target):
-        if ".old" in path.name and not target.exists():
+        if path.name.removesuffix(target.suffix).endswith(".old") and not target.exists():
             path.rename(target)
         elif remove_listed(path):
             LOGGER.warning("'%s' was left by a run that was killed; nothing needs it", path)

@@ -3,9 +3,10 @@
 Points of the unit cube from which everything random is drawn; point k never depends on how many there are.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from pydantic import Discriminator, Field, Tag
@@ -62,35 +63,42 @@ class Distribution(Config):
         """Smallest value."""
         return min(self.choices) if self.choices is not None else self.at(0.0)
 
-    def within(self, low: float, high: float) -> Self:
-        """What of an interval or of choices lies in a range, with its relative frequency; `ValueError` if nothing."""
-        changes: dict[str, object] = {}
+    def at(self, share: float, least: float = -math.inf, most: float = math.inf) -> float:
+        """The value below which a share of all values lies (the quantile), share in [0, 1).
+
+        Of what lies from `least` to `most` alone, with its relative frequency; `ValueError` if nothing does.
+        """
         if self.low is not None and self.high is not None:
-            changes = {"low": max(self.low, low), "high": min(self.high, high)}
-            is_empty = max(self.low, low) > min(self.high, high)
+            low, high = max(self.low, least), min(self.high, most)
+            if low <= high:
+                if self.scale == "log":
+                    return float(np.clip(low * (high / low) ** share, low, high))
+                return low + (high - low) * share
+        elif self.mean is not None and self.sd is not None:
+            value = self._normal(share, least, most)
+            if least <= value <= most:
+                return value
         else:
-            weights = self.weights or (1.0,) * len(self.choices or ())
-            kept = [pair for pair in zip(self.choices or (), weights, strict=True) if low <= pair[0] <= high]
-            is_empty = self.choices is not None and not any(weight for _, weight in kept)
-            if self.choices is not None and kept:
-                changes = {"choices": tuple(each for each, _ in kept), "weights": tuple(each for _, each in kept)}
-        if is_empty:
-            raise ValueError(f"nothing of it lies in {low:.3g} to {high:.3g}")
-        return self.model_copy(update=changes)
+            choices = self.choices or ()
+            pairs = zip(choices, self.weights or (1.0,) * len(choices), strict=True)
+            kept = {place: weight for place, (each, weight) in enumerate(pairs) if least <= each <= most}
+            if any(kept.values()):
+                return choices[list(kept)[choose(share, tuple(kept.values()))]]
+        raise ValueError(f"nothing of it lies in {least:.3g} to {most:.3g}")
 
-    def at(self, share: float) -> float:
-        """The value below which a share of all values lies (the quantile), share in [0, 1)."""
-        if self.low is not None and self.high is not None:
-            if self.scale == "log":
-                return float(np.clip(self.low * (self.high / self.low) ** share, self.low, self.high))
-            return self.low + (self.high - self.low) * share
-        if self.mean is not None and self.sd is not None:
-            from scipy.special import ndtr, ndtri
+    def _normal(self, share: float, least: float, most: float) -> float:
+        """Quantile of the part of a normal distribution between two values; NaN or the mean where there is none."""
+        from scipy.special import ndtr, ndtri
 
-            tail = float(ndtr(-CUTOFF_SD))
-            return self.mean + self.sd * float(ndtri(tail + (1 - 2 * tail) * share))
-        choices = self.choices or ()
-        return choices[choose(share, self.weights or (1.0,) * len(choices))]
+        mean, sd = self.mean or 0.0, self.sd or 0.0
+        if sd == 0:
+            return mean
+        below = float(ndtr(max(-CUTOFF_SD, (least - mean) / sd)))
+        above = float(ndtr(max(-CUTOFF_SD, (mean - most) / sd)))
+        if below + above >= 1:
+            return math.nan
+        value = mean + sd * float(ndtri(below + (1 - (below + above)) * share))
+        return min(max(value, least), most)
 
 
 Number = Annotated[

@@ -7,7 +7,7 @@ import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
 from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError, MagicsimError
@@ -123,9 +123,21 @@ _one_at_a_time = threading.Lock()
 class Reply:
     """What an attempt sends back; errors travel as text, so that any error can."""
 
-    result: Any
-    failure: Failure | None
-    seconds: float
+    result: Any = None
+    failure: Failure | None = None
+    seconds: float = 0.0
+
+    @classmethod
+    def failed(cls, kind: FailureKind, message: str, traceback: str = "") -> Self:
+        """The reply of an attempt without a result."""
+        return cls(failure=Failure(kind=kind, message=message, traceback=traceback))
+
+    @classmethod
+    def of_error(cls, error: Exception) -> Self:
+        """The reply of an attempt that ended with an error, which is being handled."""
+        if isinstance(error, MagicsimError):
+            return cls.failed(FailureKind.REFUSED, text_of(error), traceback.format_exc())
+        return cls.failed(FailureKind.ERROR, f"{type(error).__name__}: {text_of(error)}", traceback.format_exc())
 
 
 def begin_process(threads: int, parent: int) -> None:
@@ -151,14 +163,9 @@ def attempt(function: Callable[[Any], Any], task: object, prepare: Prepare | Non
                 _prepared.add(prepare)
             with shown_elsewhere():  # by whoever gave out the tasks
                 result = function(task)
-        except MagicsimError as error:
-            failure = Failure(kind=FailureKind.REFUSED, message=text_of(error), traceback=traceback.format_exc())
         except Exception as error:  # whatever it is, it belongs to this task alone
-            message = f"{type(error).__name__}: {text_of(error)}"
-            failure = Failure(kind=FailureKind.ERROR, message=message, traceback=traceback.format_exc())
-        else:
-            return Reply(result=result, failure=None, seconds=time.perf_counter() - start)
-        return Reply(result=None, failure=failure, seconds=0.0)
+            return Reply.of_error(error)
+        return Reply(result=result, seconds=time.perf_counter() - start)
 
 
 def text_of(error: Exception) -> str:

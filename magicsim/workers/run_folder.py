@@ -1,5 +1,6 @@
 """What stands in a folder that a run grows in over several calls: index, settings, versions, and a log of failures."""
 
+import errno
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -29,10 +30,16 @@ def log_failures(out: Path, unit: str, number: int, failures: tuple[Failure, ...
     if not failures:
         return
     entries = [{"kind": str(each.kind), "message": each.message, "traceback": each.traceback} for each in failures]
-    with (out / ERRORS).open("ab") as log:
-        log.write(b"".join(sealed({unit: number, **each}, indent=None) for each in entries))
-        log.flush()
-        os.fsync(log.fileno())
+    lines = b"".join(sealed({unit: number, **each}, indent=None) for each in entries)
+    with (out / ERRORS).open("ab", buffering=0) as log:
+        end = log.tell()
+        try:
+            if log.write(lines) < len(lines):
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            os.fsync(log.fileno())
+        except OSError:  # a line that is cut off would count as changed
+            log.truncate(end)
+            raise
 
 
 def changed_lines(out: Path) -> list[int]:

@@ -121,8 +121,7 @@ class LocalPool:
         """Takes leave of a process that has ended, or was killed, and of the attempt that was under way in it."""
         worker.process.join()
         worker.pipe.close()
-        message = message or f"its process ended with code {worker.process.exitcode}"
-        return worker.key, Reply(result=None, failure=Failure(kind=kind, message=message), seconds=0.0)
+        return worker.key, Reply.failed(kind, message or f"its process ended with code {worker.process.exitcode}")
 
     def _begin(self) -> _Worker:
         ours, theirs = Pipe()
@@ -143,18 +142,13 @@ def serve(pipe: Connection, threads: int, parent: int) -> None:
         except EOFError:
             return
         except Exception as error:  # what was sent does not exist here
-            reply = _failed(error)
+            reply = Reply.of_error(error)
         try:
             pipe.send(reply)
         except OSError:
             return
         except Exception as error:  # what was returned cannot be sent
-            pipe.send(_failed(error))
-
-
-def _failed(error: Exception) -> Reply:
-    message = f"{type(error).__name__}: {text_of(error)}"
-    return Reply(result=None, failure=Failure(kind=FailureKind.ERROR, message=message), seconds=0.0)
+            pipe.send(Reply.of_error(error))
 
 
 CONNECT_S = 20
@@ -202,17 +196,16 @@ class ClusterPool:
         try:
             key, future = self._ended.get(timeout=self._options.timeout_s)
         except queue.Empty:
-            key = next(iter(self._running))
-            future = self._running[key]
+            key, future = next(iter(self._running.items()))
             future.cancel()
-            message = f"nothing ended for {self._options.timeout_s:g} s"
-            return self._lost(key, FailureKind.TIMEOUT, message)
-        if key not in self._running or self._running[key] is not future:
-            return self.wait()
-        try:
-            reply: Reply = future.result()
-        except Exception as error:  # dask's own: the worker was lost too often, or the task cancelled
-            return self._lost(key, FailureKind.CRASH, f"{type(error).__name__}: {text_of(error)}")
+            reply = Reply.failed(FailureKind.TIMEOUT, f"nothing ended for {self._options.timeout_s:g} s")
+        else:
+            if key not in self._running or self._running[key] is not future:
+                return self.wait()
+            try:
+                reply = future.result()
+            except Exception as error:  # dask's own: the worker was lost too often, or the task cancelled
+                reply = Reply.failed(FailureKind.CRASH, f"{type(error).__name__}: {text_of(error)}")
         del self._running[key]
         return key, reply
 
@@ -220,10 +213,6 @@ class ClusterPool:
         """Gives up what still runs, and disconnects."""
         self._client.cancel(list(self._running.values()), force=True)
         self._client.close()
-
-    def _lost(self, key: int, kind: FailureKind, message: str) -> tuple[int, Reply]:
-        del self._running[key]
-        return key, Reply(result=None, failure=Failure(kind=kind, message=message), seconds=0.0)
 
 
 TaskT = TypeVar("TaskT")

@@ -18,12 +18,13 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from magicsim.config.documents import without_nan
 from magicsim.dataset.export.source import BYTES, MATRIX, VECTOR, Source, numbers, open_dataset
 from magicsim.dataset.manifest import SENSORS
-from magicsim.dataset.shard import Column
+from magicsim.dataset.shard import Column, plain_column
 from magicsim.errors import ConfigError, OutputError
 from magicsim.folder import result_folder
 
@@ -35,14 +36,18 @@ LARGE = 256
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArraySpec:
-    """One array of a split."""
+    """The array of a split that a column becomes."""
 
-    name: str
+    column: Column
     shape: tuple[int, ...]
     """Shape of one row."""
     dtype: str
     """NumPy's name, or `string`."""
-    meaning: str
+
+    @property
+    def name(self) -> str:
+        """Name of the column."""
+        return self.column.name
 
     def chunks(self, rows: int) -> tuple[int, ...]:
         """Chunk that is read and written together: one row of what is large, all rows of what is small."""
@@ -51,18 +56,17 @@ class ArraySpec:
 
 def array_specs(source: Source) -> list[ArraySpec]:
     """Arrays that a dataset becomes. Whole numbers stay whole; numbers that may be missing are not a number there."""
-    size, nodes = source.frame_size, _nodes(source)
-    return [_spec(column, size, nodes) for column in source.columns]
+    nodes = _nodes(source)
+    return [_spec(column, source.frame_size, nodes) for column in source.columns]
 
 
-def episode_values(source: Source, split: str) -> Iterator[tuple[str, slice, Any]]:
+def episode_values(source: Source, split: str, specs: list[ArraySpec]) -> Iterator[tuple[str, slice, Any]]:
     """Content of a split, an episode at a time: an array's name, the rows, and their values."""
     done = 0
-    specs = {spec.name: spec for spec in array_specs(source)}
     for table in (table for shard in source.shards(split) for table in source.episodes(shard)):
         rows = slice(done, done + table.num_rows)
-        for column in source.columns:
-            yield column.name, rows, _values(source, table, column, specs[column.name])
+        for spec in specs:
+            yield spec.name, rows, _values(source, table, spec)
         done = rows.stop
 
 
@@ -71,8 +75,8 @@ def _nodes(source: Source) -> int:
     if not any(column.feature["_type"] == MATRIX for column in source.columns):
         return 0
     content = pa.BufferReader(source.content(SENSORS))
-    lattices = pq.read_table(content, columns=["lattice_nodes_mm"])["lattice_nodes_mm"]
-    return max(len(each) for each in lattices.to_pylist())
+    lattices = plain_column(pq.read_table(content, columns=["lattice_nodes_mm"]), "lattice_nodes_mm")
+    return int(pc.max(pc.list_value_length(lattices)).as_py())
 
 
 def _spec(column: Column, size: tuple[int, int], nodes: int) -> ArraySpec:
@@ -86,21 +90,21 @@ def _spec(column: Column, size: tuple[int, int], nodes: int) -> ArraySpec:
         shape, dtype = (feature["length"],), "float64"
     else:
         shape, dtype = (), feature["dtype"]
-    return ArraySpec(name=column.name, shape=shape, dtype=dtype, meaning=column.meaning)
+    return ArraySpec(column=column, shape=shape, dtype=dtype)
 
 
-def _values(source: Source, table: pa.Table, column: Column, spec: ArraySpec) -> npt.NDArray[Any] | list[str]:
-    kind = column.feature["_type"]
+def _values(source: Source, table: pa.Table, spec: ArraySpec) -> npt.NDArray[Any] | list[str]:
+    kind = spec.column.feature["_type"]
     if kind == BYTES:
-        return np.stack(source.pictures(table, column.name))
+        return np.stack(source.pictures(table, spec.name))
     if kind == MATRIX:
         filled = np.full((table.num_rows, *spec.shape), np.nan, spec.dtype)
-        for place, matrix in enumerate(numbers(table, column)):
+        for place, matrix in enumerate(numbers(table, spec.column)):
             filled[place, : len(matrix)] = matrix
         return filled
     if kind == VECTOR:
-        return np.stack(numbers(table, column))
-    values = table[column.name].to_pylist()
+        return np.stack(numbers(table, spec.column))
+    values = table[spec.name].to_pylist()
     if spec.dtype == "string":
         return ["" if value is None else value for value in values]
     return np.array([np.nan if value is None else value for value in values]).astype(spec.dtype)
@@ -113,18 +117,17 @@ def write_zarr(source: Source, folder: Path) -> None:
     root = zarr.open_group(folder, mode="w", zarr_format=3)
     root.attrs["config_hash"] = source.manifest.config_hash
     root.attrs["config"] = source.config_text
+    specs = array_specs(source)
     for split in source.splits:
         group: Any = root.create_group(split)
         rows = source.rows(split)
-        texts: dict[str, list[str]] = {}
-        for spec in array_specs(source):
-            if spec.dtype == "string":
-                texts[spec.name] = []
-                continue
-            shape, dtype = (rows, *spec.shape), np.dtype(spec.dtype)
-            array = group.create_array(spec.name, shape=shape, dtype=dtype, chunks=spec.chunks(rows))
-            array.attrs["description"] = spec.meaning
-        for name, place, values in episode_values(source, split):
+        texts: dict[str, list[str]] = {spec.name: [] for spec in specs if spec.dtype == "string"}
+        for spec in specs:
+            if spec.name not in texts:
+                shape, dtype = (rows, *spec.shape), np.dtype(spec.dtype)
+                array = group.create_array(spec.name, shape=shape, dtype=dtype, chunks=spec.chunks(rows))
+                array.attrs["description"] = spec.column.meaning
+        for name, place, values in episode_values(source, split, specs):
             if name in texts:
                 texts[name].extend(values)
             else:
@@ -136,18 +139,19 @@ def write_hdf5(source: Source, folder: Path) -> None:
     """Writes `<split>.h5`, one array a column; each carries its meaning as the attribute `description`."""
     import h5py
 
+    specs = array_specs(source)
     for split in source.splits:
+        rows = source.rows(split)
         with h5py.File(folder / f"{split}.h5", "w", track_order=True) as file:
             file.attrs["config_hash"] = source.manifest.config_hash
             file.attrs["config"] = source.config_text
-            for spec in array_specs(source):
-                rows = source.rows(split)
+            for spec in specs:
                 dtype = h5py.string_dtype() if spec.dtype == "string" else np.dtype(spec.dtype)
                 array = file.create_dataset(
                     spec.name, (rows, *spec.shape), dtype, chunks=spec.chunks(rows), compression=COMPRESSION
                 )
-                array.attrs["description"] = spec.meaning
-            for name, place, values in episode_values(source, split):
+                array.attrs["description"] = spec.column.meaning
+            for name, place, values in episode_values(source, split, specs):
                 file[name][place] = values
 
 

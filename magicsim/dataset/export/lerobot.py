@@ -6,7 +6,6 @@ layout; the package itself is not needed.
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -30,32 +29,19 @@ FILE = "chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 FILES_A_CHUNK = 1000
 
 
-@dataclass(frozen=True, slots=True)
-class Moments:
-    """Running statistics of one feature, each of shape (components,)."""
+Moments = tuple[int, AnyArray, AnyArray, AnyArray, AnyArray]
+"""Running statistics of one feature: count, least, largest, sum, and sum of squares, each of shape (components,)."""
 
-    count: int
-    low: AnyArray
-    high: AnyArray
-    total: AnyArray
-    squares: AnyArray
 
-    @classmethod
-    def of(cls, values: AnyArray) -> "Moments":
-        """Statistics of values of shape (samples, components)."""
-        wide = values.astype(np.float64)
-        return cls(len(wide), wide.min(0), wide.max(0), wide.sum(0), (wide**2).sum(0))
+def _moments_of(values: AnyArray) -> Moments:
+    """Statistics of values of shape (samples, components)."""
+    wide = values.astype(np.float64)
+    return len(wide), wide.min(0), wide.max(0), wide.sum(0), (wide**2).sum(0)
 
-    def __add__(self, other: "Moments") -> "Moments":
-        low, high = np.minimum(self.low, other.low), np.maximum(self.high, other.high)
-        return Moments(self.count + other.count, low, high, self.total + other.total, self.squares + other.squares)
 
-    def as_dict(self, shape: tuple[int, ...], frames: int) -> dict[str, Any]:
-        """What the layout stores, each of the feature's shape."""
-        mean = self.total / self.count
-        deviation = np.sqrt(np.maximum(self.squares / self.count - mean**2, 0))
-        named = {"min": self.low, "max": self.high, "mean": mean, "std": deviation}
-        return {name: value.reshape(shape).tolist() for name, value in named.items()} | {"count": [frames]}
+def _together(one: Moments, other: Moments) -> Moments:
+    sums = (one[3] + other[3], one[4] + other[4])
+    return one[0] + other[0], np.minimum(one[1], other[1]), np.maximum(one[2], other[2]), *sums
 
 
 def write_lerobot(source: Source, folder: Path) -> None:
@@ -77,7 +63,7 @@ def write_lerobot(source: Source, folder: Path) -> None:
                 for table in source.episodes(shard):
                     rows = _rows(table, len(episodes), first, paths)
                     moments = _moments(rows, source.pictures(table, "image"))
-                    whole = {name: whole[name] + each if whole else each for name, each in moments.items()}
+                    whole = {name: _together(whole[name], each) if whole else each for name, each in moments.items()}
                     arrays = [pa.array(rows[column.name], column.arrow) for column in columns]
                     writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
                     episodes.append(_episode(table, len(episodes), first, (chunk, number), moments))
@@ -119,13 +105,17 @@ def _rows(table: pa.Table, episode: int, first: int, paths: list[str]) -> dict[s
 
 def _moments(rows: dict[str, Any], frames: list[npt.NDArray[np.uint8]]) -> dict[str, Moments]:
     pixels = np.concatenate([each.reshape(-1, 3) for each in frames]) / 255
-    moments = {IMAGE: Moments.of(pixels), STATE: Moments.of(np.stack(rows[STATE]))}
-    return moments | {name: Moments.of(np.array(rows[name])[:, None]) for name in ("timestamp", *COUNTERS)}
+    moments = {IMAGE: _moments_of(pixels), STATE: _moments_of(np.stack(rows[STATE]))}
+    return moments | {name: _moments_of(np.array(rows[name])[:, None]) for name in ("timestamp", *COUNTERS)}
 
 
 def _stats(moments: dict[str, Moments], frames: int) -> Iterator[tuple[str, dict[str, Any]]]:
-    for name, each in moments.items():
-        yield name, each.as_dict((3, 1, 1) if name == IMAGE else (-1,), frames)
+    """The layout's words for them, each of its feature's shape."""
+    for name, (size, low, high, total, squares) in moments.items():
+        mean, shape = total / size, (3, 1, 1) if name == IMAGE else (-1,)
+        deviation = np.sqrt(np.maximum(squares / size - mean**2, 0))
+        named = {"min": low, "max": high, "mean": mean, "std": deviation}
+        yield name, {key: value.reshape(shape).tolist() for key, value in named.items()} | {"count": [frames]}
 
 
 def _episode(

@@ -47,47 +47,35 @@ TRUTH_FIELDS: dict[str, dict[str, Any]] = {
 """Columns of a dataset that `/tactile/truth` carries, as JSON; a gap is null without an object."""
 
 
-class Channels:
-    """What one file is written to, in a context of its own, so that nothing else is recorded."""
-
-    def __init__(self, context: foxglove.Context) -> None:
-        schema = {"type": "object", "title": "magicsim.Truth", "properties": TRUTH_FIELDS}
-        self.image = CompressedImageChannel(IMAGE, context=context)
-        self.mask = CompressedImageChannel(MASK, context=context)
-        self.calibration = CameraCalibrationChannel(CALIBRATION, context=context)
-        self.transforms = FrameTransformsChannel(TRANSFORMS, context=context)
-        self.truth = foxglove.Channel(TRUTH, schema=schema, message_encoding="json", context=context)
-
-
 def write_mcap_episode(
     target: Path, rows: Iterable[Row], *, size: tuple[int, int], about: Mapping[str, str] | None = None
 ) -> None:
     """Writes the rows of one episode, in order of time, to a new file; `size` is columns and rows of images [px]."""
-    context = foxglove.Context()
+    context = foxglove.Context()  # of its own, so that nothing else is recorded
     options = MCAPWriteOptions(compression_threads=0)
+    schema = {"type": "object", "title": "magicsim.Truth", "properties": TRUTH_FIELDS}
     with foxglove.open_mcap(str(target), context=context, writer_options=options) as writer:
         writer.write_metadata("magicsim", {"version": __version__, **(about or {})})
-        channels, due_s = Channels(context), 0.0
+        images, masks = (CompressedImageChannel(topic, context=context) for topic in (IMAGE, MASK))
+        calibrations = CameraCalibrationChannel(CALIBRATION, context=context)
+        transforms = FrameTransformsChannel(TRANSFORMS, context=context)
+        truths = foxglove.Channel(TRUTH, schema=schema, message_encoding="json", context=context)
+        due_s = 0.0
         for row in rows:
-            is_due = row["time_s"] >= due_s
-            due_s += STILL_S * is_due
-            _write(channels, row, size, with_still=bool(is_due))
-
-
-def _write(channels: Channels, row: Row, size: tuple[int, int], *, with_still: bool) -> None:
-    at = round(row["time_s"] * NS_PER_S)
-    stamp = Timestamp(at // NS_PER_S, at % NS_PER_S)
-    moving = _object(row, stamp)
-    if with_still:
-        channels.calibration.log(_calibration(row, size, stamp), log_time=at)
-        moving = [_transform(CAMERA, row["camera_position_mm"], row["camera_rotation"], stamp), *moving]
-    if moving:
-        channels.transforms.log(FrameTransforms(transforms=moving), log_time=at)
-    channels.image.log(_png(row["image"], stamp), log_time=at)
-    if row.get("contact_mask") is not None:
-        channels.mask.log(_png(row["contact_mask"], stamp), log_time=at)
-    truth = without_nan({name: row[name] for name in TRUTH_FIELDS})
-    channels.truth.log(json.dumps(truth).encode(), log_time=at)
+            at = round(row["time_s"] * NS_PER_S)
+            stamp = Timestamp(at // NS_PER_S, at % NS_PER_S)
+            moving = _object(row, stamp)
+            if row["time_s"] >= due_s:
+                due_s += STILL_S
+                calibrations.log(_calibration(row, size, stamp), log_time=at)
+                moving = [_transform(CAMERA, row["camera_position_mm"], row["camera_rotation"], stamp), *moving]
+            if moving:
+                transforms.log(FrameTransforms(transforms=moving), log_time=at)
+            images.log(_png(row["image"], stamp), log_time=at)
+            if row.get("contact_mask") is not None:
+                masks.log(_png(row["contact_mask"], stamp), log_time=at)
+            truth = without_nan({name: row[name] for name in TRUTH_FIELDS})
+            truths.log(json.dumps(truth).encode(), log_time=at)
 
 
 def _png(value: Mapping[str, Any], stamp: Timestamp) -> CompressedImage:

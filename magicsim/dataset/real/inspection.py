@@ -116,7 +116,7 @@ def inspect_sequences(real: RealSource, sequences: Sequence[RecordedSequence]) -
             size = size or (frame.image.shape[0], frame.image.shape[1])
             check_size(frame.image, size, frame.name)
         if size is None:
-            raise ConfigError(f"{sequence.field}: every frame is a reference; must have others")
+            raise ConfigError(f"{sequence.field}.frames = '{sequence.source.frames}' holds no frame")
         recording = _recording(sequence, len(untouched), size)
         recordings.append(recording)
         told = [*_of_labels(sequence), *_of_clock(sequence, recording), *_of_numbers(sequence)]
@@ -217,7 +217,8 @@ def _of_clock(sequence: RecordedSequence, recording: RealRecording) -> Iterator[
     if recording.unlabelled:
         if not hint and step_s > most_gap_s:
             hint = f"; rows are {step_s:.4g} s apart, and most_gap_s = {most_gap_s:g}"
-        yield f": {recording.unlabelled} of {recording.samples} frames have no labels: {both}{hint}"
+        without = "have no labels" if recording.episodes == 1 else "have no labels and are left out"
+        yield f": {recording.unlabelled} of {recording.samples} frames {without}: {both}{hint}"
     start_s = sequence.start_s - sequence.source.offset_s
     if start_s and not sequence.source.offset_s:
         yield (

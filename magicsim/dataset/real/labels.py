@@ -82,6 +82,8 @@ def at_time(labels: LabelTable, time_s: float, *, most_gap_s: float) -> Row:
     row = dict(nearest)
     for name in (*NUMBERS, *VECTORS):
         one, two, near = (np.array(each[name], float) for each in (first, second, nearest))
+        if name == "twist_deg":  # the short way round
+            two = one + (two - one + 180) % 360 - 180
         row[name] = np.where(np.isnan(one + two), near, (1 - share) * one + share * two).tolist()
     return row | {"time_s": time_s}
 
@@ -178,9 +180,8 @@ def truth_of(row: Row, rules: TruthRules, known: frozenset[str], *, name: str = 
 
     A class that is given counts. Else a gap decides, as for simulated frames; else a depth; else contact, where a
     touch of unknown depth counts as one; else an outside light. What is not known is never no contact: an empty gap
-    means no object only where force and contact, as far as there are such columns, do not leave a touch open.
-
-    An empty gap means no object only where `known` labels have one. `ConfigError` for a word that is no class.
+    means no object only where `known` labels have gaps, and force and contact, as far as they have such columns, do
+    not leave a touch open. `ConfigError` for a word that is no class.
     """
     gap_mm, depth_mm, force_n = row["gap_mm"], row["depth_mm"], size_of_force(row, rules.contact_n)
     if math.isnan(gap_mm) and depth_mm > 0:

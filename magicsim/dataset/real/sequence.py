@@ -193,8 +193,8 @@ class RecordedSequence:
             found = frozenset(range(source.untouched_first))
         elif source.untouched_below_n is not None:
             found = self._least_forces(source.untouched_below_n)
-        elif self.description.columns.is_reference is not None and not self.is_film and source.untouched is None:
-            found = frozenset(number for number, (_, row) in enumerate(self.entries) if row["is_reference"])
+        elif self.description.columns.is_reference is not None and source.untouched is None:
+            found = frozenset(number for number, (_, row) in enumerate(self._shots()) if row["is_reference"])
         if len(found) > MOST_REFERENCES:
             self.remark(f"the first {MOST_REFERENCES} of {len(found)} untouched frames serve as references, no others")
         return found
@@ -209,11 +209,10 @@ class RecordedSequence:
 
     @cached_property
     def episodes(self) -> tuple[str, ...]:
-        """What its labels call its episodes, in order; one empty text where they tell none apart."""
+        """What the labels of its frames call its episodes, in order; one empty text where they tell none apart."""
         if self.labels is None or "episode" not in self.labels.known:
             return ("",)
-        rows = self.labels.rows if self.is_film else tuple(row for _, row in self.entries)
-        return tuple(dict.fromkeys(row["episode"] for row in rows))
+        return tuple(dict.fromkeys(row["episode"] for row in self.survey.rows if row["is_there"])) or ("",)
 
     def references(self) -> Iterator[RealFrame]:
         """At most 30 frames of the untouched sensor, none where none are named; `ConfigError` where one is touched."""

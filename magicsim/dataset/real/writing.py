@@ -25,7 +25,6 @@ from magicsim.dataset.shard import (
     ROWS_A_GROUP,
     Column,
     png_cell,
-    read_rows,
     schema_of_columns,
     table_of_rows,
     write_rows,
@@ -78,7 +77,8 @@ def write_real(real: RealSource, out: Path, *, resume: bool = False) -> RealSumm
     with output_errors(out, then=RESUMABLE), sole_writer(out):
         out.mkdir(parents=True, exist_ok=True)
         ledger, manifest = _begin(real, sequences, columns, inspection, out)
-        manifest = _complete(ledger, manifest, sequences, columns)
+        seen = inspection.recordings[0]
+        manifest = _complete(ledger, manifest, sequences, columns, (seen.rows, seen.columns))
     return RealSummary(
         samples=manifest.rows,
         episodes=manifest.episodes,
@@ -133,21 +133,21 @@ def _begin(
     return ledger, manifest
 
 
-def _complete(ledger: Ledger, manifest: Manifest, sequences: list[RecordedSequence], columns: list[Column]) -> Manifest:
-    size: tuple[int, int] | None = None
+def _complete(
+    ledger: Ledger, manifest: Manifest, sequences: list[RecordedSequence], columns: list[Column], size: tuple[int, int]
+) -> Manifest:
+    """Writes every shard that the index does not list as it is; `size` is the rows and columns of all frames."""
+    done = {each.file: each for each in manifest.shards if ledger.is_intact(each.file)}
     for number, (sequence, episode) in enumerate((each, episode) for each in sequences for episode in each.episodes):
         source = sequence.source
         name = f"data/{source.split}-{number:05d}.parquet"
-        if not ledger.is_intact(name):
+        if name not in done:
             constants = {"episode": number, "sensor": source.sensor, "path_kind": source.path_kind}
-            rows = _Rows(sequence, episode, manifest.constants() | constants, size)
+            rows = _rows(sequence, episode, manifest.constants() | constants, size)
             with ledger.writing(name) as partial:
-                write_rows(partial, _tables(rows, columns), schema_of_columns(columns))
-            size = rows.size
-        count = read_rows(ledger.out / name).num_rows
-        entry = ShardEntry.of(ledger, name, split=source.split, episodes=(number,), rows=count)
-        others = [each for each in manifest.shards if each.file != name]
-        shards = tuple(sorted((*others, entry), key=lambda each: each.file))
+                count = write_rows(partial, _tables(rows, columns), schema_of_columns(columns))
+            done[name] = ShardEntry.of(ledger, name, split=source.split, episodes=(number,), rows=count)
+        shards = tuple(done[file] for file in sorted(done))
         manifest = manifest.model_copy(update={"shards": shards, "rows": sum(each.rows for each in shards)})
         FOLDER.write_index(ledger, manifest)
     manifest = manifest.model_copy(update={"is_complete": True})
@@ -156,34 +156,26 @@ def _complete(ledger: Ledger, manifest: Manifest, sequences: list[RecordedSequen
     return manifest
 
 
-class _Rows:
-    """Rows of one episode, references first, made as they are asked for; all frames have one size."""
-
-    def __init__(
-        self, sequence: RecordedSequence, episode: str, shared: Mapping[str, Any], size: tuple[int, int] | None
-    ) -> None:
-        """Takes what is read, and the size of frames before, if any."""
-        self._sequence, self._episode, self._shared, self.size = sequence, episode, shared, size
-
-    def __iter__(self) -> Iterator[dict[str, Any]]:
-        sequence, first_s = self._sequence, self._sequence.begin_s(self._episode)
-        for step, frame in enumerate(chain(sequence.references(), sequence.scored(self._episode))):
-            self.size = self.size or (frame.image.shape[0], frame.image.shape[1])
-            check_size(frame.image, self.size, frame.name)
-            kind = frame.labels["object_kind"] or sequence.source.object_kind
-            yield {
-                **frame_row(frame, sequence),
-                "step": step,
-                "time_s": frame.labels["time_s"] - first_s,
-                "object_kind": "" if frame.is_reference else kind,
-                **self._shared,
-            }
+def _rows(
+    sequence: RecordedSequence, episode: str, shared: Mapping[str, Any], size: tuple[int, int]
+) -> Iterator[dict[str, Any]]:
+    """Rows of one episode, references first; all frames have one size, rows and columns."""
+    first_s = sequence.begin_s(episode)
+    for step, frame in enumerate(chain(sequence.references(), sequence.scored(episode))):
+        check_size(frame.image, size, frame.name)
+        kind = frame.labels["object_kind"] or sequence.source.object_kind
+        yield {
+            **frame_row(frame, sequence),
+            "step": step,
+            "time_s": frame.labels["time_s"] - first_s,
+            "object_kind": "" if frame.is_reference else kind,
+            **shared,
+        }
 
 
-def _tables(rows: _Rows, columns: list[Column]) -> Iterator[pa.Table]:
+def _tables(rows: Iterator[dict[str, Any]], columns: list[Column]) -> Iterator[pa.Table]:
     """Rows in tables of the size of a row group."""
-    left = iter(rows)
-    while batch := list(islice(left, ROWS_A_GROUP)):
+    while batch := list(islice(rows, ROWS_A_GROUP)):
         yield table_of_rows(batch, columns)
 
 

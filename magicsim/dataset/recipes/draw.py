@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Generic, TypeVar, overload
+from typing import Any, TypeVar, overload
 
 import numpy as np
 
@@ -34,13 +34,12 @@ ROOM_CHOICES = 1
 FLAWS = (
     ("roughness", "skin", "skin_roughness"), ("roughness", "walls", "wall_roughness"),
     ("inclusions", "bubbles_per_mm3", "bubbles_per_mm3"), ("inclusions", "flakes_per_mm3", "flakes_per_mm3"),
+    ("unevenness", "wall_sd_mm", "wall_spread_mm"), ("unevenness", "wave_sd_mm", "wave_mm"),
+    ("unevenness", "skin_sd_mm", "skin_spread_mm"), ("unevenness", "torn_share", "torn_share"),
 )  # fmt: skip
 """Tables of a design that drawn values of a print are added to, their keys there, and the names of the values."""
-UNEVEN = (
-    ("wall_sd_mm", "wall_spread_mm"), ("wave_sd_mm", "wave_mm"), ("skin_sd_mm", "skin_spread_mm"),
-    ("torn_share", "torn_share"),
-)  # fmt: skip
-"""Keys of a design's unevenness that drawn values are added to, and the names of the values."""
+SEEDED = ("unevenness", "inclusions")
+"""Tables among them that have a seed."""
 PLACE = ("x_mm", "y_mm")
 CHANNELS = ("red", "green", "blue")
 KEPT = 64
@@ -84,7 +83,7 @@ def sensor_of(recipe: Recipe, index: int) -> int:
     return index // recipe.episodes_per_sensor
 
 
-class Drawn(Sequence[DrawnT], Generic[DrawnT]):
+class Drawn(Sequence[DrawnT]):
     """Things that are drawn one by one as they are asked for; what one of them is never depends on the others."""
 
     def __init__(self, count: int, draw: Callable[[int], DrawnT]) -> None:
@@ -147,7 +146,7 @@ def _place_bounds(recipe: Recipe) -> Bounds:
         for name, (least, most) in bounds.items():
             drawn = getattr(path, name, None)
             try:
-                _ = drawn.within(least, most) if isinstance(drawn, Distribution) else None
+                _ = drawn.at(0.0, least, most) if isinstance(drawn, Distribution) else None
             except ValueError:
                 raise ConfigError(
                     f"paths.{number}.{name} is not allowed: all of it is outside of the picture, which covers "
@@ -175,15 +174,12 @@ def _varying(numbers: Mapping[str, Number]) -> list[str]:
 
 def _drawer(group: str, point: Array, values: Values, bounds: Bounds | None = None) -> Callable[[str, Number], float]:
     """A function that takes the next coordinate for every distribution, and notes what came out, within its bounds."""
-    shares, inside = iter(point.tolist()), bounds or {}
+    shares = iter(point.tolist())
 
     def draw(name: str, number: Number) -> float:
         if not isinstance(number, Distribution):
             return float(number)
-        share = next(shares)
-        value = number.at(share)
-        if name in inside:
-            value = min(max(number.within(*inside[name]).at(share), inside[name][0]), inside[name][1])
+        value = number.at(next(shares), *(bounds or {}).get(name, ()))
         values[f"{group}.{name}"] = round(value, 9)
         return values[f"{group}.{name}"]
 
@@ -204,8 +200,7 @@ def _tolerances(recipe: Recipe) -> dict[str, Number]:
 
 def _flawed(design: Mapping[str, Any]) -> list[str]:
     """Tables of a design whose seeds matter: another print has other flaws."""
-    flaws = {"unevenness": [key for key, _ in UNEVEN], "inclusions": [key for _, key, _ in FLAWS[2:]]}
-    return [table for table, keys in flaws.items() if any(design[table][key] for key in keys)]
+    return [each for each in SEEDED if any(design[table][key] for table, key, _ in FLAWS if table == each)]
 
 
 def differing_units(recipe: Recipe, count: int) -> int:
@@ -230,14 +225,12 @@ def _sensor(recipe: Recipe, index: int, numbers: dict[str, Number], parts: list[
     if recipe.design.has_grid:
         design["wall_mm"] = round(design["wall_mm"] + drawn["wall_mm"], 9)
         design["cell_mm"] = round(design["cell_mm"] - drawn["wall_mm"], 9)
+    for table, key, name in FLAWS:
+        design[table][key] = round(design[table][key] + drawn[name], 9)
     uneven = design["unevenness"]
-    for key, name in UNEVEN:
-        uneven[key] = round(uneven[key] + drawn[name], 9)
     pitches = zip("xyz", uneven["pitch_scale"], uneven["pitch_drift"], strict=True)
     scaled = [(a * drawn[f"pitch_scale.{axis}"], b + drawn[f"pitch_drift.{axis}"]) for axis, a, b in pitches]
     uneven["pitch_scale"], uneven["pitch_drift"] = zip(*scaled, strict=True)
-    for table, key, name in FLAWS:
-        design[table][key] = round(design[table][key] + drawn[name], 9)
     # A print without flaws has nothing to draw by a seed: units that differ in nothing are one, rendered once.
     for table in _flawed(design):
         design[table]["seed"] += index
@@ -248,6 +241,8 @@ def _sensor(recipe: Recipe, index: int, numbers: dict[str, Number], parts: list[
         for modulus in ("youngs_modulus_mpa", "shear_modulus_mpa", "bulk_modulus_mpa"):
             if modulus in material:
                 material[modulus] *= drawn["stiffness"]
+        for term in material.get("prony", ()):
+            term["modulus_mpa"] *= drawn["stiffness"]
     rig = recipe.rig.model_dump()
     rings = [rig["ring"]] if rig["ring"] is not None else []
     for number, light in enumerate([*rig["strips"], *rig["leds"], *rings]):

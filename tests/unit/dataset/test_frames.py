@@ -83,6 +83,8 @@ def test_splits_share_no_group(frames: FrameTable, group: str, column: str):
 def test_small_share_still_gets_a_group_and_too_many_splits_are_refused(frames: FrameTable):
     parts = frames.split_by("unit", {"train": 0.98, "validation": 0.01, "test": 0.01})
     assert all(len(part) for part in parts.values())
+    parts = frames.split_by("episode", {"train": 0.5, "validation": 0.01, "test": 0.49}, seed=3)  # of eleven
+    assert [len(set(part.column("episode").tolist())) for part in parts.values()] == [6, 1, 4]
     with pytest.raises(ConfigError, match="4 groups by unit for 5 splits"):
         frames.split_by("unit", dict.fromkeys("abcde", 1.0))
     with pytest.raises(ConfigError, match="must be weights above 0"):

@@ -15,13 +15,15 @@ import pyarrow.parquet as pq
 import pytest
 
 from magicsim.config.program import versions
+from magicsim.dataset.columns import columns_of
 from magicsim.dataset.generate import generate_dataset
 from magicsim.dataset.manifest import MANIFEST, read_manifest
 from magicsim.dataset.recipes.draw import draw_episodes, draw_sensors
-from magicsim.dataset.recipes.recipe import Recipe
+from magicsim.dataset.recipes.recipe import Recipe, load_recipe
 from magicsim.dataset.rows import sensors_table
 from magicsim.dataset.verify import verify_dataset
 from magicsim.deform.indentation.force import Reached
+from magicsim.deform.lattice.structure import build_lattice
 from magicsim.errors import ConfigError, OutputError
 from magicsim.folder.ledger import Ledger
 from magicsim.folder.listing import sealed
@@ -389,3 +391,18 @@ def test_table_of_sensors_has_rooms_that_draw_other_values():
     dark = np.array([sensor.rig.room == "dark" for sensor in sensors])
     assert 0 < dark.sum() < len(dark)
     np.testing.assert_array_equal(np.isnan(ambient), dark)
+
+
+def test_table_of_sensors_has_the_nodes_of_a_curved_face():
+    [sensor] = draw_sensors(load_recipe("default", ["design=docs/examples/domed-sensor/block.toml"]), 1)
+    [nodes] = pq.read_table(io.BytesIO(sensors_table([sensor])))["lattice_nodes_mm"].to_pylist()
+    np.testing.assert_allclose(nodes, build_lattice(sensor.design).nodes_mm, atol=1e-12)
+    assert len(set(np.array(nodes)[:, 2].round(6))) > 100
+
+
+def test_columns_of_markers_have_a_row_for_each_marker():
+    recipe = load_recipe("default", ["design=see-through-markers"])
+    count = len(recipe.design.markers.centres_mm(recipe.design.footprint_mm))
+    shapes = {each.name: each.feature.get("shape") for each in columns_of(recipe)}
+    assert (shapes["markers_mm"], shapes["markers_px"]) == ([count, 3], [count, 2])
+    assert count == 169

@@ -44,11 +44,13 @@ def test_fields_cost_disk_only_where_they_are_asked_for():
     assert taxel_bytes(draw_episodes(small_recipe(*ASKED))[0].scene) == 4 * 3 * 8 * 9
 
 
-def test_verify_finds_taxels_that_do_not_add_up(tmp_path: Path):
-    recipe, options = small_recipe("episodes=2", *ASKED), WorkerOptions(workers=1)
+@pytest.mark.usefixtures("in_process")
+@pytest.mark.parametrize("unit", ["N", "MPa"])
+def test_verify_finds_taxels_that_do_not_add_up(tmp_path: Path, unit: str):
+    recipe, options = small_recipe("episodes=2", *ASKED, f"labels.taxels.unit={unit}"), WorkerOptions(workers=1)
     generate_dataset(recipe, tmp_path / "set", options=options, simulator=FAKE)  # random numbers, no force
     found = verify_dataset(tmp_path / "set").problems
-    assert any("taxel_force_n does not add up to force_n" in each for each in found)
+    assert any("taxel_force_n does not add up to force_n" in each for each in found) == (unit == "N")
     assert any("taxel_torque_nmm does not add up to torque_nmm" in each for each in found)
 
 

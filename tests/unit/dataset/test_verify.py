@@ -1,6 +1,8 @@
 import json
 import random
+import resource
 import shutil
+import signal
 from pathlib import Path
 
 import pytest
@@ -12,7 +14,7 @@ from magicsim.dataset.verify import verify_dataset
 from magicsim.errors import OutputError
 from magicsim.folder.listing import sealed
 from magicsim.workers.attempt import Failure, FailureKind, Work
-from magicsim.workers.run_folder import ERRORS, log_failures
+from magicsim.workers.run_folder import ERRORS, changed_lines, log_failures
 
 from .fakes import loose_rows, small_recipe
 
@@ -147,6 +149,22 @@ def test_changed_log_and_preview_are_told(copy: Path):
     with pytest.raises(OutputError, match=r"holds 'preview\.png', not as magicsim wrote it"):
         write_preview(copy, b"third picture", {})
     assert (copy / "preview.png").read_bytes() == b"mine"
+
+
+def test_full_disk_leaves_no_line_of_the_log_that_counts_as_changed(tmp_path: Path):
+    failures = (Failure(kind=FailureKind.ERROR, message="no", traceback="line\n" * 2000),)
+    log_failures(tmp_path, "episode", 1, failures)
+    limits, before = resource.getrlimit(resource.RLIMIT_FSIZE), signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, ((tmp_path / ERRORS).stat().st_size + 100, limits[1]))
+    try:
+        with pytest.raises(OSError, match="No space left"):
+            log_failures(tmp_path, "episode", 2, failures)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, before)
+    log_failures(tmp_path, "episode", 3, failures)
+    assert changed_lines(tmp_path) == []
+    assert len((tmp_path / ERRORS).read_bytes().splitlines()) == 2
 
 
 def test_folder_without_a_readable_manifest_is_refused(copy: Path, tmp_path: Path):

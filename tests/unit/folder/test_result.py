@@ -83,6 +83,15 @@ def test_result_of_which_a_killed_run_took_the_name_gets_it_back(tmp_path: Path)
     assert "old.txt" in names(tmp_path / "out")
 
 
+def test_half_result_of_a_name_that_ends_with_old_is_none(tmp_path: Path):
+    left = tmp_path / ".run.0123456789abcdef.partial.old"
+    left.mkdir()
+    (left / "half.png").write_text("half")
+    with pytest.raises(RenderError), result_folder(tmp_path / "run.old") as folder:
+        write_half(folder / "half.txt")
+    assert names(tmp_path) == [left.name]
+
+
 def test_name_that_looks_like_an_earlier_working_folder_is_left_alone(tmp_path: Path):
     (tmp_path / ".out.partial").mkdir()
     (tmp_path / ".out.partial" / "thesis.txt").write_text("mine")

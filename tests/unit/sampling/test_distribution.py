@@ -56,3 +56,20 @@ def test_last_share_below_one_is_the_last_choice():
 def test_what_is_no_distribution_is_refused(fields: dict[str, object], named: str):
     with pytest.raises(ConfigError, match=named):
         validate(Distribution, fields, source="recipe.toml")
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"low": -2.0, "high": 6.0}, {"low": 0.01, "high": 6.0, "scale": "log"}, {"mean": 0.5, "sd": 2.0},
+        {"choices": [-2.0, 0.2, 0.7, 6.0], "weights": [1.0, 1.0, 3.0, 1.0]},
+    ],
+)  # fmt: skip
+def test_part_in_a_range_keeps_its_relative_frequencies(fields: dict[str, object]):
+    distribution = Distribution(**fields)
+    inside = np.array([distribution.at(share, -1.0, 1.0) for share in SHARES])
+    whole = np.array([distribution.at(share) for share in (np.arange(20_000) + 0.5) / 20_000])
+    expected = np.quantile(whole[(whole >= -1) & (whole <= 1)], SHARES, method="inverted_cdf")
+    np.testing.assert_allclose(np.sort(inside), expected, atol=2e-3)
+    with pytest.raises(ValueError, match="nothing of it lies in 20 to 30"):
+        distribution.at(0.5, 20.0, 30.0)

@@ -78,6 +78,13 @@ def test_numbers_are_interpolated_in_time_and_flags_are_those_of_the_nearer_row(
     assert math.isnan(at_time(found, 0.3, most_gap_s=0.1)["force_n"][2])
 
 
+def test_turn_is_interpolated_the_short_way_round(tmp_path: Path):
+    columns = LabelColumns(image="t", time_s="t", twist_deg="a")
+    found = read(tmp_path, "t,a\n0,170\n0.1,-170\n0.2,-130\n", columns)
+    turns = [at_time(found, time_s, most_gap_s=0.2)["twist_deg"] for time_s in (0.025, 0.05, 0.15)]
+    assert turns == pytest.approx([175, 180, -150])
+
+
 def test_an_empty_cell_does_not_empty_its_neighbour(tmp_path: Path):
     columns = LabelColumns(image="t", time_s="t", gap_mm="g")
     found = read(tmp_path, "t,g\n0,\n0.1,2\n0.2,1\n", columns)

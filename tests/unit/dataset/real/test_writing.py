@@ -16,6 +16,7 @@ from magicsim.dataset.real.writing import write_real
 from magicsim.dataset.recipes.recipe import load_recipe
 from magicsim.dataset.verify import verify_dataset
 from magicsim.errors import ConfigError, FrameError, OutputError
+from magicsim.folder.listing import sealed
 
 from .drawn import describe, pressed, public_set, save, untouched, video, write_csv
 
@@ -166,6 +167,72 @@ def test_stopped_run_goes_on_to_the_same_bytes(tmp_path: Path, monkeypatch):
     )
     for name in names:
         assert (tmp_path / "whole" / name).read_bytes() == (tmp_path / "stopped" / name).read_bytes()
+
+
+def test_frames_of_a_run_that_was_stopped_before_its_index_do_not_stay(tmp_path: Path, monkeypatch):
+    path, begun = public_set(tmp_path, FORCES_N), []
+
+    def stops(ledger, index):
+        if begun:  # the first shard has its name, and no index lists it yet
+            raise KeyboardInterrupt
+        begun.append(index)
+        ledger.place(writing.FOLDER.index, sealed(index.model_dump(mode="json")))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(type(writing.FOLDER), "write_index", lambda _, ledger, index: stops(ledger, index))
+        with pytest.raises(KeyboardInterrupt):
+            write_real(load_real(path), tmp_path / "set")
+    frames = written(path, tmp_path / "set", "frames.rotate_deg=180")
+    assert np.array_equal(frames[4]["image"], pressed(0.4, 2)[::-1, ::-1])
+    assert verify_dataset(tmp_path / "set").problems == []
+
+
+def test_episode_whose_rows_no_frame_has_is_none(tmp_path: Path):
+    forces = [0.0, 0.0, 0.5, 1.0]
+    video(tmp_path / "press.mkv", [pressed(force, number) for number, force in enumerate(forces)], [0, 0.1, 0.2, 0.3])
+    rows = [{"t": 0.1 * step, "f": (*forces, 0, 0, 0)[step], "press": "b" if step > 3 else "a"} for step in range(7)]
+    write_csv(tmp_path / "force.csv", rows)
+    path = describe(
+        tmp_path, 'frames = "press.mkv"', 'labels = "force.csv"',
+        top=["most_gap_s = 0.05", 'columns = {time_s = "t", force_n = "f", episode = "press"}'],
+    )  # fmt: skip
+    assert written(path, tmp_path / "set").column("episode").tolist() == [0] * 4
+    assert verify_dataset(tmp_path / "set").problems == []
+
+
+def test_label_says_which_frames_of_a_video_are_references(tmp_path: Path):
+    video(tmp_path / "press.mkv", [pressed(force, 0) for force in (0, 0, 0.5)], [0, 0.1, 0.2])
+    write_csv(
+        tmp_path / "force.csv", [{"t": 0.1 * step, "f": 0.5 * (step > 1), "free": int(step < 2)} for step in range(3)]
+    )
+    path = describe(
+        tmp_path, 'frames = "press.mkv"', 'labels = "force.csv"',
+        top=['columns = {time_s = "t", force_n = "f", is_reference = "free"}'],
+    )  # fmt: skip
+    assert written(path, tmp_path / "set").column("is_reference").tolist() == [True, True, False]
+
+
+def test_licence_of_any_words_leaves_the_card_readable(tmp_path: Path):
+    datasets = pytest.importorskip("datasets")
+    write_real(load_real(public_set(tmp_path, FORCES_N), ["license=Creative Commons: BY 4.0"]), tmp_path / "set")
+    assert len(datasets.load_dataset(str(tmp_path / "set"), split="train", cache_dir=str(tmp_path / "cache"))) == 6
+
+
+def test_frame_of_another_size_is_told_also_when_a_run_goes_on(tmp_path: Path, monkeypatch):
+    public_set(tmp_path, FORCES_N)
+    rows = [
+        {"file": f"{number:04d}.png", "press": "ab"[number > 4], "fz": force} for number, force in enumerate(FORCES_N)
+    ]
+    write_csv(tmp_path / "labels.csv", rows)
+    path = describe(
+        tmp_path, 'frames = "images"', 'labels = "labels.csv"',
+        top=['columns = {image = "file", episode = "press", force_n = "fz"}'],
+    )  # fmt: skip
+    save(tmp_path / "images" / "0005.png", untouched()[:50])
+    monkeypatch.setattr("magicsim.dataset.real.sequence.SAMPLED", 1)  # which the look at some frames passes by
+    for resume in (False, True):
+        with pytest.raises(FrameError, match="has 80 x 50 pixels, those before it 80 x 60"):
+            write_real(load_real(path), tmp_path / "set", resume=resume)
 
 
 def test_other_frames_do_not_go_on_with_a_dataset(tmp_path: Path):

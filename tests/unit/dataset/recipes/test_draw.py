@@ -423,6 +423,10 @@ def test_places_are_drawn_inside_of_the_picture_unless_that_is_switched_off():
     assert set(places[:, 0]) == {0.0, 1.0}
     free = recipe_with(paths=[wide], episodes=32, inside=False)
     assert max(abs(each.values["path.y_mm"]) for each in draw_episodes(free)) > 6.7
+    normal = recipe_with(paths=[wide | {"x_mm": {"mean": 0.0, "sd": 5.0}}], episodes=64)
+    across = [each.values["path.x_mm"] for each in draw_episodes(normal)]
+    assert len(set(across)) == 64  # none is moved to the picture's edge
+    assert 4.0 < np.abs(across).max() < 5.0
     told = estimate(free, draw_episodes(free), processes=1).view
     assert "the picture covers" in told
     assert "of the touches are outside of it" in told
@@ -450,3 +454,10 @@ def test_units_that_differ_in_nothing_are_one():
     assert len(keys(tolerances={"skin_mm": {"mean": 0.0, "sd": 0.02}})) == 5
     assert len(keys(tolerances={"flakes_per_mm3": 0.25})) == 5
     assert len(keys(tolerances={}, rooms=[{"room": "office", "ambient": {"low": 0.05, "high": 0.2}}])) == 5
+
+
+def test_stiffness_of_a_print_is_that_at_every_time():
+    recipe = load_recipe("default", ["design=mini-magictac-rate", "tolerances={stiffness=1.5}"])
+    printed, drawn = draw_sensors(recipe, 1)[0].design.materials.body, recipe.design.materials.body
+    assert printed.instantaneous_shear_modulus_mpa == pytest.approx(1.5 * drawn.instantaneous_shear_modulus_mpa)
+    assert printed.shear_modulus_mpa == pytest.approx(1.5 * drawn.shear_modulus_mpa)
