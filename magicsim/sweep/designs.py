@@ -33,13 +33,16 @@ class SweptSensor(Config):
 
 
 def camera_of(sensor: SweptSensor, quality: SweepQuality, *, scale: int = 1) -> Camera:
-    """The sensor's camera with as many pixels as the quality asks for; its field and its noise a pixel stay."""
+    """The sensor's camera with about as many pixels as the quality asks for.
+
+    The shape of its image, its field and its noise a pixel stay.
+    """
     camera = sensor.rig.camera
-    columns, rows = scale * quality.columns, scale * quality.rows
+    share = scale * math.sqrt(quality.columns * quality.rows / (camera.columns * camera.rows))
+    columns, rows = round(share * camera.columns), round(share * camera.rows)
     x, y = camera.principal_offset_px
     offset = (x * columns / camera.columns, y * rows / camera.rows)
-    update = {"columns": columns, "rows": rows, "principal_offset_px": offset, "region_px": None}
-    return camera.model_copy(update=update)
+    return camera.model_copy(update={"columns": columns, "rows": rows, "principal_offset_px": offset})
 
 
 def render_of(sensor: SweptSensor, quality: SweepQuality) -> RenderSettings:

@@ -27,6 +27,11 @@ SHAPES = (
 """Tolerances that change meshes or forces, which the renderings of a design share."""
 TIMED = ("exposure_ms", "flicker_depth", "led_drift_share", "live_frames")
 """What a camera does in the course of a stream; frames of a film have no times."""
+TIMED_FIELDS = tuple(
+    f"rig.camera.{each}"
+    for each in ("shutter.", "flicker.", "led_drift.", "live.", "compression.crf", "compression.key")
+)
+"""How fields of the rig's camera begin that are about a stream as well."""
 OF_QUALITY = ("samples", "particles", "anchor_samples", "anchor_particles")
 """Settings of `render` that the quality gives."""
 
@@ -235,15 +240,16 @@ class SweepConfig(Config):
         if self.render.tier == "fast":
             yield "render.tier = 'fast' is not allowed: a sweep's frames are true ones"
         swept = {each.field for each in self.swept} | {name for each in self.also for name in each}
-        for name in OF_QUALITY:
-            if f"render.{name}" in swept:
-                yield f"render.{name} is not allowed to be swept: quality.{name} has it for all designs"
-        for name in dict.fromkeys((*self.camera.model_dump(exclude_none=True), *TIMED)):
-            field = f"rig.camera.{'.'.join(IN_TABLES.get(name, (name,)))}"
+        for field in (*(f"render.{name}" for name in OF_QUALITY), "rig.camera.columns", "rig.camera.rows"):
             if field in swept:
-                why = "of the rig is not allowed to be swept: frames of a film have no times"
-                why = why if name in TIMED else "is not allowed where that of the rig is swept: must be one of the two"
-                yield f"camera.{name} {why}"
+                yield f"{field} is not allowed to be swept: quality.{field.split('.')[-1]} has it for all designs"
+        if self.rig.camera.region_px is not None:
+            yield "rig.camera.region_px is not allowed in a sweep: its frames show the whole image"
+        for field in sorted(each for each in swept if each.startswith(TIMED_FIELDS)):
+            yield f"{field} is not allowed to be swept: frames of a film have no times"
+        for name in self.camera.model_dump(exclude_none=True):
+            if f"rig.camera.{'.'.join(IN_TABLES.get(name, (name,)))}" in swept:
+                yield f"camera.{name} is not allowed where that of the rig is swept: must be one of the two"
 
     def _count_problems(self) -> Iterator[str | None]:
         if len(self.also) > MAX_DESIGNS:
