@@ -132,7 +132,7 @@ DARKEST_GREY, BRIGHTEST_GREY = 1.0, 254.0
 def fitted_scene(
     scene: SceneConfig, values: Mapping[str, object], strengths: Strengths, untouched: Array
 ) -> SceneConfig:
-    """A scene whose untouched sensor meters to the observed grey levels, `untouched` of shape (rows, columns, 3).
+    """A scene whose untouched sensor meters to grey levels of the whole image, `untouched`, shape (rows, columns, 3).
 
     Strengths are scaled so that the lamps keep the rig's mean radiance: exposure and strength are known as a product
     alone. White balance is off, since the strengths now hold each colour's own level.
