@@ -194,6 +194,7 @@ CLEAR_FIRST = 200
 """Their first noise stream, beyond those of the detector's training."""
 DETECTED = 0.5
 """Share of frames that makes an object noticed."""
+EVERY = slice(None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -208,19 +209,11 @@ class ApproachCurve:
     """Entropy of untouched frames, shape (frames,)."""
     tau_c: float
 
-    def rates(self, draws: Index, clear: Index) -> Array:
-        """Share of some frames called Approaching at each gap, the threshold set on some clear frames."""
+    def rates(self, draws: Index | slice = EVERY, clear: Index | slice = EVERY) -> Array:
+        """Share of some or all frames called Approaching at each gap, the threshold set on some or all clear ones."""
         tau_e = np.quantile(self.clear_entropy[clear], 1 - FALSE_ALARMS)
         seen = (self.entropy > tau_e) & (self.correlation < self.tau_c)
         return np.asarray(seen[:, draws].mean(1))
-
-    def all_rates(self) -> Array:
-        """Rates of all frames."""
-        return self.rates(np.arange(self.entropy.shape[1]), np.arange(len(self.clear_entropy)))
-
-    def range_mm(self) -> float:
-        """From where on the object is noticed (see `noticed_from`) [mm]."""
-        return noticed_from(self.gaps_mm, self.all_rates())
 
 
 def mean_similarity(shown: Sequence[Shown], film: DesignFilm, detector: FittedDetector, draws: int) -> Array:
@@ -263,7 +256,7 @@ def proximity_range(renderings: Sequence[ApproachCurve], *, seed: int) -> Measur
     def drawn(curve: ApproachCurve, numbers: Index) -> float:
         return noticed_from(curve.gaps_mm, curve.rates(numbers, random.integers(0, clear, clear)))
 
-    ranges = [curve.range_mm() for curve in renderings]
+    ranges = [noticed_from(curve.gaps_mm, curve.rates()) for curve in renderings]
     value, largest = float(np.mean(ranges)), renderings[0].gaps_mm[0]
     low, high = interval([partial(drawn, curve) for curve in renderings], draws, seed=seed)
     if max(ranges) >= largest:

@@ -16,7 +16,7 @@ lines are their own mirror images about the axis: a quarter of the block is solv
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -182,36 +182,28 @@ MOST_RATIO = 1e3
 Complex = npt.NDArray[np.complex128]
 
 
-def amplitudes(
-    difference: Array, places_mm: Array, directions_deg: Sequence[float], frequency_per_mm: float
-) -> Complex:
-    """Amplitudes of a difference at one frequency in several directions, shape (directions, draws, 3).
+def plane_waves(places_mm: Array, directions_deg: Sequence[float], frequency_per_mm: float) -> Complex:
+    """What takes the amplitude of each direction out of an image, shape (pixels, directions).
 
-    A Hann window over `LOOKED_AT_PERIODS` keeps the square's edges from leaking into other frequencies. The difference
-    has shape (draws, pixels, 3), places on the face (pixels, 2) [mm], and directions go from x towards y [degrees].
+    A Hann window over `LOOKED_AT_PERIODS` keeps the square's edges from leaking into other frequencies. Places on the
+    face have shape (pixels, 2) [mm], and directions go from x towards y [degrees].
     """
-    waves, weight = _waves(places_mm, directions_deg, frequency_per_mm)
-    return np.asarray(np.einsum("pw,dpc->wdc", waves, difference, optimize=True) * 2 / weight)
-
-
-def _waves(places_mm: Array, directions_deg: Sequence[float], frequency_per_mm: float) -> tuple[Complex, float]:
-    """Windowed plane waves, shape (pixels, directions), and the sum of their window."""
     window = np.prod(np.cos(np.pi * places_mm * frequency_per_mm / LOOKED_AT_PERIODS) ** 2, axis=1)
     turn = np.radians(directions_deg)
     along = places_mm @ np.stack([np.cos(turn), np.sin(turn)])
-    return np.exp(2j * np.pi * frequency_per_mm * along) * window[:, None], float(window.sum())
+    return np.asarray(np.exp(2j * np.pi * frequency_per_mm * along) * window[:, None] * 2 / window.sum())
 
 
 def observe(with_pattern: PlateFrames, plain: PlateFrames, pattern: Pattern, spacing_mm: float) -> "PatternPowers":
     """What the d' of one spacing is made of."""
-    difference, places, frequency = with_pattern.contrast - plain.contrast, plain.places_mm, 1 / spacing_mm
-    own = amplitudes(difference, places, ALONG_DEG[pattern], frequency)
-    around = amplitudes(difference, places, ACROSS_DEG[pattern], frequency)
-    waves, _ = _waves(places, ACROSS_DEG[pattern], frequency)
-    views = _independent(around.reshape(len(around), -1))
+    count, directions = len(ALONG_DEG[pattern]), ALONG_DEG[pattern] + ACROSS_DEG[pattern]
+    waves = plane_waves(plain.places_mm, directions, 1 / spacing_mm)
+    found = np.einsum("pw,dpc->wdc", waves, with_pattern.contrast - plain.contrast, optimize=True)
+    powers = np.mean(np.abs(found) ** 2, axis=(1, 2))
+    views = _independent(found[count:].reshape(len(directions) - count, -1))
     return PatternPowers(
-        pattern=float(np.mean(np.abs(own) ** 2)), around=np.mean(np.abs(around) ** 2, axis=(1, 2)),
-        pattern_parts=views * len(own), clutter_parts=views * _independent(waves.T),
+        pattern=float(powers[:count].mean()), around=powers[count:], pattern_parts=views * count,
+        clutter_parts=views * _independent(waves[:, count:].T),
     )  # fmt: skip
 
 
@@ -253,15 +245,6 @@ class PatternPowers:
         tried = np.linspace(0, 3 * math.sqrt(2 * ratio) + 6, 200)
         above = ncf.sf(ratio, freedom, clutter_freedom, freedom * tried**2 / 2)
         return np.asarray(np.interp(shares, np.maximum.accumulate(above), tried))
-
-
-def try_finest_first(spacings_mm: Sequence[float], is_told_apart: Callable[[float], bool]) -> None:
-    """Tries spacings from the last and finest on until one is told apart.
-
-    Coarser ones say nothing of the smallest: a pattern near the pitch of the printed grid may be masked by it, and both
-    finer and coarser ones may not.
-    """
-    next((spacing for spacing in reversed(spacings_mm) if is_told_apart(spacing)), None)
 
 
 def smallest_spacing(spacings_mm: Array, observed: Sequence[PatternPowers], *, seed: int) -> Measured:
