@@ -36,19 +36,6 @@ OF_QUALITY = ("samples", "particles", "anchor_samples", "anchor_particles")
 """Settings of `render` that the quality gives."""
 
 
-def problem_with(tolerances: Tolerances, camera: CameraNoise) -> str | None:
-    """Why renderings cannot differ by this, in one line; None where they can."""
-    for table, given, usual, names, why in (
-        ("tolerances", tolerances, Tolerances(), SHAPES, "renderings of a design share its meshes and presses"),
-        ("camera", camera, CameraNoise(), TIMED, "frames of a film have no times"),
-    ):
-        for name in names:
-            if getattr(given, name) != getattr(usual, name):
-                allowed = [each for each in type(given).model_fields if each not in names]
-                return f"{table}.{name} is not allowed in a sweep, as {why}: must be among {', '.join(allowed)}"
-    return None
-
-
 MAX_DESIGNS = 10_000
 """Most designs of a sweep."""
 
@@ -236,7 +223,16 @@ class SweepConfig(Config):
         return (self.tolerances, self.camera) != (Tolerances(), CameraNoise())
 
     def _draw_problems(self) -> Iterator[str | None]:
-        yield problem_with(self.tolerances, self.camera)
+        for table, names, why in (
+            ("tolerances", SHAPES, "renderings of a design share its meshes and presses"),
+            ("camera", TIMED, "frames of a film have no times"),
+        ):
+            given = getattr(self, table)
+            usual = type(given)()
+            for name in names:
+                if getattr(given, name) != getattr(usual, name):
+                    allowed = ", ".join(each for each in type(given).model_fields if each not in names)
+                    yield f"{table}.{name} is not allowed in a sweep, as {why}: must be among {allowed}"
         if self.render.tier == "fast":
             yield "render.tier = 'fast' is not allowed: a sweep's frames are true ones"
         swept = {each.field for each in self.swept} | {name for each in self.also for name in each}
