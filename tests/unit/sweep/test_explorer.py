@@ -66,6 +66,12 @@ def test_title_names_units_where_there_are_any():
     assert "skin (mm) by room</p>" in page
 
 
+def test_every_curve_that_a_film_has_is_drawn(results: list[DesignResult]):
+    page = render_explorer(small_sweep(), results, front=[True] * 5, trends=[], failed={}, verdicts={})
+    for name in ("force", "similarity", "approach", "contact", "localisation"):
+        assert f'curve: "{name}"' in page or f"curves.{name}" in page
+
+
 def test_text_cannot_leave_its_script_element():
     assert "</script" not in script_json({"note": "</script><b>&"})
     assert json.loads(script_json({"note": "</script><b>&"})) == {"note": "</script><b>&"}
