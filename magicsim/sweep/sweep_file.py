@@ -111,6 +111,8 @@ class SweptField(Config):
             yield f"field '{self.field}' needs either values, or low and high"
         if self.values is not None and len(set(self.values)) < len(self.values):
             yield f"values = {list(self.values)} of '{self.field}' is not allowed: holds a value twice"
+        if self.values is not None and (self.count is not None or self.scale != "linear"):
+            yield f"count and scale of '{self.field}' are not allowed with values: they belong to low and high"
         if self.values is None:
             self._interval()
 

@@ -19,6 +19,7 @@ from .fakes import small_sweep
         ),
         ("swept=[{field='design.skin_mm'}]", "needs either values, or low and high"),
         ("swept=[{field='design.skin_mm',values=[1.0,1.0]}]", "holds a value twice"),
+        ("swept=[{field='design.skin_mm',values=[1.0,2.0],count=3}]", "count and scale of 'design.skin_mm'"),
         ("swept=[{field='design.skin_mm',low=2.0,high=1.0,count=3}]", "must be at most high = 1"),
         ("swept=[{field='design.skin_mm',low=0.5,high=1.0}]", "count is missing"),
         ("swept=[{field='design.skin_mm',values=[1.0],step=2}]", "unknown key in [swept.0] 'step'"),
