@@ -145,9 +145,9 @@ def fitted_scene(
             radiance[channel] * strengths.get((name, channel), 1 / scale) * scale for channel in range(len(radiance))
         ]
 
-    rig, gamma = scene.rig, float(with_values(scene, values).rig.camera.gamma)
+    rig, changed = scene.rig, with_values(scene, values)
+    gamma = changed.rig.camera.gamma
     signal = float(np.mean((np.clip(untouched, 0, 255) / 255) ** gamma))
-    changed = with_values(scene, values)
     data = changed.rig.model_dump(mode="json")
     tables = {f"strip{place}": strip for place, strip in enumerate(data["strips"])}
     tables |= {f"led{place}": led for place, led in enumerate(data["leds"])} | {FLASHLIGHT: data["flashlight"]}

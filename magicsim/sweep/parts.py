@@ -90,21 +90,17 @@ def left_out_predictions(features: Array, targets: Array) -> Array:
 
 
 def _left_out(features: Array, targets: Array, penalty: Callable[[Array, Array], float]) -> Array:
-    """Predictions of each row from all others, with the penalty that these ask for."""
-    rows, result = np.arange(len(features)), np.zeros_like(targets)
-    for held in rows:
-        rest = features[rows != held], targets[rows != held]
-        result[held] = _predict(*rest, features[held : held + 1], penalty(*rest))[0]
+    """Predictions of each row from all others with the penalty that these ask for, in the dual form of the ridge."""
+    numbers, result = np.arange(len(features)), np.zeros_like(targets)
+    for held in numbers:
+        known, wanted = features[numbers != held], targets[numbers != held]
+        mean, centre = known.mean(0), wanted.mean(0)
+        rows = known - mean
+        gram = rows @ rows.T
+        ridge = penalty(known, wanted) * np.trace(gram) / len(rows) * np.eye(len(rows))
+        weights = np.linalg.solve(gram + ridge, wanted - centre)
+        result[held] = ((features[held : held + 1] - mean) @ rows.T @ weights + centre)[0]
     return result
-
-
-def _predict(features: Array, targets: Array, asked: Array, penalty: float) -> Array:
-    """Ridge regression in its dual form, for fewer rows than features."""
-    mean, centre = features.mean(0), targets.mean(0)
-    rows = features - mean
-    gram = rows @ rows.T
-    weights = np.linalg.solve(gram + penalty * np.trace(gram) / len(rows) * np.eye(len(rows)), targets - centre)
-    return np.asarray((asked - mean) @ rows.T @ weights + centre)
 
 
 Filmed = tuple[DesignFilm, FittedDetector]
