@@ -132,7 +132,7 @@ DARKEST_GREY, BRIGHTEST_GREY = 1.0, 254.0
 def fitted_scene(
     scene: SceneConfig, values: Mapping[str, object], strengths: Strengths, untouched: Array
 ) -> SceneConfig:
-    """A scene whose untouched sensor meters to the observed grey levels, `untouched` of shape (rows, columns, 3).
+    """A scene whose untouched sensor meters to grey levels of the whole image, `untouched`, shape (rows, columns, 3).
 
     Strengths are scaled so that the lamps keep the rig's mean radiance: exposure and strength are known as a product
     alone. White balance is off, since the strengths now hold each colour's own level.
@@ -145,9 +145,9 @@ def fitted_scene(
             radiance[channel] * strengths.get((name, channel), 1 / scale) * scale for channel in range(len(radiance))
         ]
 
-    rig, gamma = scene.rig, float(with_values(scene, values).rig.camera.gamma)
+    rig, changed = scene.rig, with_values(scene, values)
+    gamma = changed.rig.camera.gamma
     signal = float(np.mean((np.clip(untouched, 0, 255) / 255) ** gamma))
-    changed = with_values(scene, values)
     data = changed.rig.model_dump(mode="json")
     tables = {f"strip{place}": strip for place, strip in enumerate(data["strips"])}
     tables |= {f"led{place}": led for place, led in enumerate(data["leds"])} | {FLASHLIGHT: data["flashlight"]}

@@ -18,7 +18,15 @@ from magicsim.arrays import Array
 from magicsim.config.ranges import check_number
 from magicsim.errors import ConfigError, OutputError
 from magicsim.fit.constants import Constant, constants_named, fitted_scene, value_of, with_values, write_scene
-from magicsim.fit.model import Comparison, Equilibria, compare, observed_states, plot_residual, render_bases
+from magicsim.fit.model import (
+    Comparison,
+    Equilibria,
+    compare,
+    observed_states,
+    plot_residual,
+    render_bases,
+    whole_untouched,
+)
 from magicsim.fit.observation import Observation
 from magicsim.fit.strengths import Basis, Strengths, check_blocks
 from magicsim.folder import check_file, refuse_unsigned
@@ -239,7 +247,7 @@ def fit_constants(
 
     with waiting("fitting constants", told):
         first = np.array([each.share(value_of(scene, each.path)) for each in constants.values()])
-        start_rms = float(np.sqrt(np.mean(comparison(first).residuals ** 2)))
+        start_rms = _overall_rms(comparison(first).residuals)
         solution = solve(
             lambda point: comparison(point).residuals, first, starts=starts, evaluations=evaluations, seed=seed
         )
@@ -254,7 +262,8 @@ def fit_constants(
         rendering = scatter(solution.jacobian, [best.residuals, *(each.residuals for each in again)])
         fits, picture = _fitted(constants, solution, rendering), out.with_suffix(".png")
         plot_residual(observations, best, picture)
-        fitted = fitted_scene(scene, values, best.strengths, best.images[0])
+        untouched = best.images[0] if camera.region_px is None else whole_untouched(scene, values, best.strengths)
+        fitted = fitted_scene(scene, values, best.strengths, untouched)
         write_scene(out, fitted, comment=_comment(fits, solution, observations))
         return FitResult(
             out=str(out), picture=str(picture), constants=fits, strengths=_by_light(best.strengths),
@@ -302,7 +311,9 @@ def _fitted(constants: Mapping[str, Constant], solution: Solution, rendering: Ar
 
 def _comment(fits: Sequence[FittedConstant], solution: Solution, observations: Sequence[Observation]) -> str:
     frames, states = sum(each.count for each in observations), len(observations)
-    lines = [f"Written by magicsim fit from {frames} frames of {states} states; residual {solution.rms:.2f} grey."]
+    lines = [
+        f"Written by magicsim fit optics from {frames} frames of {states} states; residual {solution.rms:.2f} grey."
+    ]
     for each in fits:
         said = "" if each.determined else ", not determined"
         lines.append(f"{each.field} = {each.value:.5g}, {each.plausible[0]:.5g} to {each.plausible[1]:.5g}{said}")

@@ -8,6 +8,7 @@ import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.camera.camera import Camera
+from magicsim.conventions import CHANNELS
 from magicsim.deform.deformation import Deformation
 from magicsim.errors import ConfigError
 from magicsim.fit.constants import with_values
@@ -93,14 +94,12 @@ def compare(
 ) -> Comparison:
     """Sets basis images beside observations, with the strengths of the lights that suit best."""
     matrix = np.array(camera.color_matrix)
-    both = [_mean(one, other) for one, other in bases]
+    both = [
+        {name: np.asarray((image + other[name]) / 2, np.float32) for name, image in one.items()} for one, other in bases
+    ]
     signals = [(each.mean / 255) ** camera.gamma for each in observations]
     strengths = fit_strengths(both, signals, matrix, blocks=blocks, gamma=camera.gamma)
-
-    def grey(basis: Basis) -> Array:
-        return np.asarray(255 * np.clip(lit_signal(strengths, basis, matrix), 0, 1) ** (1 / camera.gamma))
-
-    images = [(grey(one), grey(other)) for one, other in bases]
+    images = [(_grey(strengths, one, camera), _grey(strengths, other, camera)) for one, other in bases]
     means, contrasts = [], []
     for (one, other), seen in zip(images, observations, strict=True):
         means.append(block_means((one + other) / 2, blocks) - block_means(seen.mean, blocks))
@@ -113,13 +112,20 @@ def compare(
     )
 
 
-def _mean(one: Basis, other: Basis) -> Basis:
-    return {name: np.asarray((image + other[name]) / 2, np.float32) for name, image in one.items()}
-
-
-CHANNELS = ("red", "green", "blue")
 COLORS = ("#d55e00", "#009e73", "#0072b2")
 """Okabe and Ito (Color Universal Design, 2008)."""
+
+
+def _grey(strengths: Strengths, basis: Basis, camera: Camera) -> Array:
+    signal = lit_signal(strengths, basis, np.array(camera.color_matrix))
+    return np.asarray(255 * np.clip(signal, 0, 1) ** (1 / camera.gamma))
+
+
+def whole_untouched(scene: SceneConfig, values: Mapping[str, object], strengths: Strengths) -> Array:
+    """Grey levels of the whole untouched image, which exposure is metered on, shape (rows, columns, 3)."""
+    whole = with_values(scene, {**values, "rig.camera.region_px": None})
+    ((one, other),) = render_bases(whole, {}, [UNTOUCHED], Equilibria())
+    return np.asarray((_grey(strengths, one, whole.rig.camera) + _grey(strengths, other, whole.rig.camera)) / 2)
 
 
 def plot_residual(observations: Sequence[Observation], found: Comparison, target: Path) -> None:

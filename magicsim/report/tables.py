@@ -10,6 +10,7 @@ import numpy as np
 from magicsim.detectors.verdict import FEATURES, Contact, FeatureAtRest, Verdict
 from magicsim.frame_class import CONTACT_MIN_DEPTH_MM, NEAR_MAX_MM, NEAR_MIN_MM, FrameClass
 from magicsim.judge.changed_frames import runs
+from magicsim.judge.measures import UNTOUCHED
 from magicsim.judge.score import PROXIMITY_TRUTH, DetectionScore, TaskScore, contact_right, proximity_right
 from magicsim.judge.verdicts import Judgement
 from magicsim.report.text import gap_or_depth, number, percent, quantity, scientific
@@ -149,9 +150,6 @@ def _most_telling(scenes: list[Stretch], limit: int) -> list[Stretch]:
     return [scenes[k] for k in sorted(list(ranked)[:limit])]
 
 
-_UNTOUCHED = (FrameClass.CLEAR, FrameClass.NEAR, FrameClass.LIGHT)
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
     """One true class: the verdict that is right, frames with each verdict, and the share of right ones."""
@@ -187,8 +185,8 @@ def contact_table(score: DetectionScore) -> ScoreTable:
     """Confusion matrix of the combined contact verdicts."""
     touched = {str(Contact.TOUCHED)}
     missing = [] if score.frames.get(FrameClass.CONTACT) else [str(FrameClass.CONTACT)]
-    if not any(score.frames.get(each) for each in _UNTOUCHED):
-        missing.append(" or ".join(_UNTOUCHED))
+    if not any(score.frames.get(each) for each in UNTOUCHED):
+        missing.append(" or ".join(UNTOUCHED))
     rows = []
     for label in score.contact.row_labels:
         right = touched if label == FrameClass.CONTACT else set(score.contact.column_labels) - touched

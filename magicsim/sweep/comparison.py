@@ -5,9 +5,10 @@ The unit of work: one design, filmed and measured in whatever process, as the by
 
 import base64
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -151,11 +152,18 @@ def run_sweep(
         FOLDER.write_config(ledger, sweep)
         kept = earlier.failed if earlier is not None and is_search else {}
         FOLDER.write_index(ledger, index.model_copy(update={"failed": kept}))
-        call = _Call(sweep=sweep, ledger=ledger, options=options, judge=judge, progress=progress or share)
+        judged = partial(_judge_all, sweep, ledger, options, judge, progress or share)
         left = [each for each in designs if read_result(out, each.index) is None]
-        failed = call.judge_all(left, len(designs) - len(left), 0)
+        failed = judged(left, len(designs) - len(left), 0)
         if is_search:
-            failed |= call.search(index, kept, known=failed)
+            known, also = failed, len(sweep.also)
+            failed = known | search_designs(
+                sweep,
+                ledger,
+                lambda chosen, ended, count: judged(chosen, also + ended, len(known) + count),
+                earlier=kept,
+                record=lambda now: FOLDER.write_index(ledger, index.model_copy(update={"failed": known | now})),
+            )
         results = read_results(out, count_designs(sweep))
         summary = write_results(sweep, ledger, results, failed, seconds=time.perf_counter() - start)
         hashes = {name: ledger.listed(name).sha256 for name in ledger.names() if name != files.INDEX}
@@ -203,40 +211,22 @@ def _best(sweep: SweepConfig, best: DesignResult) -> dict[str, Any]:
     return {"design": best.index, "values": best.values, "measure": name, "value": measured.value} | ends
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Call:
-    """What one call of `run_sweep` judges by."""
-
-    sweep: SweepConfig
-    ledger: Ledger
-    options: WorkerOptions
-    judge: Work
-    progress: Callable[[int, int, int], None]
-
-    def search(self, index: SweepIndex, earlier: dict[str, str], *, known: dict[str, str]) -> dict[str, str]:
-        """Chooses designs and judges them; returns why some have no result, as `known` does of those of `also`."""
-
-        def record(failed: dict[str, str]) -> None:
-            FOLDER.write_index(self.ledger, index.model_copy(update={"failed": known | failed}))
-
-        def judge(left: list[SweptDesign], ended: int, failed: int) -> dict[str, str]:
-            return self.judge_all(left, len(self.sweep.also) + ended, len(known) + failed)
-
-        return search_designs(self.sweep, self.ledger, judge, earlier=earlier, record=record)
-
-    def judge_all(self, designs: list[SweptDesign], ended: int, failed_before: int) -> dict[str, str]:
-        """Judges designs; returns why some have no result."""
-        failed: dict[str, str] = {}
-        if not designs:
-            return failed
-        tasks = ((design.index, DesignTask(design=design, sweep=self.sweep)) for design in designs)
-        with closing(run_tasks(self.judge.function, tasks, self.options, prepare=self.judge.prepare)) as outcomes:
-            outcome: Outcome[bytes]
-            for done, outcome in enumerate(outcomes, ended + 1):
-                log_failures(self.ledger.out, "design", outcome.key, outcome.failures)
-                if outcome.result is not None:
-                    self.ledger.place(result_name(outcome.key), outcome.result)
-                else:
-                    failed[str(outcome.key)] = outcome.failures[-1].message
-                self.progress(done, count_designs(self.sweep), failed_before + len(failed))
+def _judge_all(
+    sweep: SweepConfig, ledger: Ledger, options: WorkerOptions, judge: Work, progress: Callable[[int, int, int], None],
+    designs: Sequence[SweptDesign], ended: int, failed_before: int,
+) -> dict[str, str]:  # fmt: skip
+    """Judges designs; returns why some have no result."""
+    failed: dict[str, str] = {}
+    if not designs:
         return failed
+    tasks = ((design.index, DesignTask(design=design, sweep=sweep)) for design in designs)
+    with closing(run_tasks(judge.function, tasks, options, prepare=judge.prepare)) as outcomes:
+        outcome: Outcome[bytes]
+        for done, outcome in enumerate(outcomes, ended + 1):
+            log_failures(ledger.out, "design", outcome.key, outcome.failures)
+            if outcome.result is not None:
+                ledger.place(result_name(outcome.key), outcome.result)
+            else:
+                failed[str(outcome.key)] = outcome.failures[-1].message
+            progress(done, count_designs(sweep), failed_before + len(failed))
+    return failed

@@ -33,13 +33,16 @@ class SweptSensor(Config):
 
 
 def camera_of(sensor: SweptSensor, quality: SweepQuality, *, scale: int = 1) -> Camera:
-    """The sensor's camera with as many pixels as the quality asks for; its field and its noise a pixel stay."""
+    """The sensor's camera with about as many pixels as the quality asks for.
+
+    The shape of its image, its field and its noise a pixel stay.
+    """
     camera = sensor.rig.camera
-    columns, rows = scale * quality.columns, scale * quality.rows
+    share = scale * math.sqrt(quality.columns * quality.rows / (camera.columns * camera.rows))
+    columns, rows = round(share * camera.columns), round(share * camera.rows)
     x, y = camera.principal_offset_px
     offset = (x * columns / camera.columns, y * rows / camera.rows)
-    update = {"columns": columns, "rows": rows, "principal_offset_px": offset, "region_px": None}
-    return camera.model_copy(update=update)
+    return camera.model_copy(update={"columns": columns, "rows": rows, "principal_offset_px": offset})
 
 
 def render_of(sensor: SweptSensor, quality: SweepQuality) -> RenderSettings:
@@ -136,24 +139,20 @@ def value_at(sweep: SweepConfig, field: str) -> float | str:
 
 
 def _base(sweep: SweepConfig) -> dict[str, Any]:
-    return {"design": sweep.design.model_dump(), "rig": sweep.rig.model_dump(), "render": sweep.render.model_dump()}
+    return sweep.model_dump(mode="json", include={"design", "rig", "render"})
 
 
 def _holder(data: dict[str, Any], field: str, *, kinds: Mapping[type, str]) -> tuple[Any, Any]:
     """The table or list that holds a field, and its key there."""
-    holder: Any = data
+    holder: Any = {}
     key: int | str = ""
     value: Any = data
     for part in field.split("."):
-        if isinstance(value, tuple):  # a copy that can be changed takes its place
-            value = holder[key] = list(value)
-        is_list = isinstance(value, list)
-        choices = (
-            [str(place) for place in range(len(value))] if is_list else list(value) if isinstance(value, dict) else []
-        )
+        keys = range(len(value)) if isinstance(value, list) else value if isinstance(value, dict) else ()
+        choices = {str(each): each for each in keys}
         if part not in choices:
             raise ConfigError(unknown_choice(f"part of field '{field}'", part, choices))
-        holder, key = value, int(part) if is_list else part
+        holder, key = value, choices[part]
         value = holder[key]
     if isinstance(value, bool) or not isinstance(value, (*kinds, type(None))):
         msg = f"field '{field}' is not allowed: must be a {' or a '.join(dict.fromkeys(kinds.values()))}, not {value!r}"

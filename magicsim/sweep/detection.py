@@ -6,6 +6,7 @@ touch would be told from them; lights that are not as strong as when the detecto
 hard.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -14,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from magicsim.arrays import Array, Index, Mask
+from magicsim.camera.camera import Camera
 from magicsim.detectors.calibrate import Candidates, fit_profile
 from magicsim.detectors.combined import detect_all
 from magicsim.detectors.features import Episode
@@ -31,8 +33,8 @@ TRAINING_DRAWS = 2
 """Frames of each state that the fit sees."""
 CLEAR_DRAWS = 12
 """Frames of the untouched sensor that it sees."""
-FULL_ROWS = 320
-"""Rows of the image that the published kernels are for."""
+FULL_PIXELS = 240 * 320
+"""Pixels of the image that the published kernels are for."""
 TRAINING, TEST = 0, 1
 """Every second place, and every second place of the outside light, trains; the others test."""
 
@@ -62,8 +64,8 @@ def fit_detector(film: DesignFilm) -> FittedDetector:
         ConfigError: No option leaves a grid to be seen.
     """
     start = load_profile("published")
-    size = kernel_px(start.grid_blur_px, film.camera.rows)
-    kernels = sorted({0, kernel_px(5, film.camera.rows), kernel_px(9, film.camera.rows)})
+    size = kernel_px(start.grid_blur_px, film.camera)
+    kernels = sorted({0, kernel_px(5, film.camera), kernel_px(9, film.camera)})
     candidates = Candidates(grid_blur_px=(size,), difference_blur_px=kernels)
     references = film.references()
     profile = fit_profile(start, [training_episode(film, references)], candidates).profile
@@ -98,14 +100,15 @@ def fixed_detector(film: DesignFilm) -> FittedDetector:
         tau_b=round(film.camera.exposure_grey),
         polarity="bright",
         similarity="iou",
-        grid_blur_px=kernel_px(5, film.camera.rows),
+        grid_blur_px=kernel_px(5, film.camera),
     )
     return FittedDetector(profile=profile, references=fuse(film.references(), profile))
 
 
-def kernel_px(full_px: int, rows: int) -> int:
+def kernel_px(full_px: int, camera: Camera) -> int:
     """An odd kernel for a smaller image that covers about as much of the face [px]; 0 where that is no pixel."""
-    size = 2 * round((full_px * rows / FULL_ROWS - 1) / 2) + 1
+    share = math.sqrt(camera.columns * camera.rows / FULL_PIXELS)
+    size = 2 * round((full_px * share - 1) / 2) + 1
     return size if size > 1 else 0
 
 
@@ -191,6 +194,7 @@ CLEAR_FIRST = 200
 """Their first noise stream, beyond those of the detector's training."""
 DETECTED = 0.5
 """Share of frames that makes an object noticed."""
+EVERY = slice(None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -205,19 +209,11 @@ class ApproachCurve:
     """Entropy of untouched frames, shape (frames,)."""
     tau_c: float
 
-    def rates(self, draws: Index, clear: Index) -> Array:
-        """Share of some frames called Approaching at each gap, the threshold set on some clear frames."""
+    def rates(self, draws: Index | slice = EVERY, clear: Index | slice = EVERY) -> Array:
+        """Share of some or all frames called Approaching at each gap, the threshold set on some or all clear ones."""
         tau_e = np.quantile(self.clear_entropy[clear], 1 - FALSE_ALARMS)
         seen = (self.entropy > tau_e) & (self.correlation < self.tau_c)
         return np.asarray(seen[:, draws].mean(1))
-
-    def all_rates(self) -> Array:
-        """Rates of all frames."""
-        return self.rates(np.arange(self.entropy.shape[1]), np.arange(len(self.clear_entropy)))
-
-    def range_mm(self) -> float:
-        """From where on the object is noticed (see `noticed_from`) [mm]."""
-        return noticed_from(self.gaps_mm, self.all_rates())
 
 
 def mean_similarity(shown: Sequence[Shown], film: DesignFilm, detector: FittedDetector, draws: int) -> Array:
@@ -260,7 +256,7 @@ def proximity_range(renderings: Sequence[ApproachCurve], *, seed: int) -> Measur
     def drawn(curve: ApproachCurve, numbers: Index) -> float:
         return noticed_from(curve.gaps_mm, curve.rates(numbers, random.integers(0, clear, clear)))
 
-    ranges = [curve.range_mm() for curve in renderings]
+    ranges = [noticed_from(curve.gaps_mm, curve.rates()) for curve in renderings]
     value, largest = float(np.mean(ranges)), renderings[0].gaps_mm[0]
     low, high = interval([partial(drawn, curve) for curve in renderings], draws, seed=seed)
     if max(ranges) >= largest:

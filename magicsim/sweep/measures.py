@@ -23,9 +23,9 @@ class SweepQuality(Config):
     """Preview quality by default: small images, few particles, few positions."""
 
     columns: Annotated[int, Field(ge=24, le=480)] = 120
-    """Width of the images that the detectors see [px]."""
+    """With `rows`, how many pixels the detectors' images have, in the shape of the rig's own; their width at 3 : 4."""
     rows: Annotated[int, Field(ge=32, le=640)] = 160
-    """Their height [px]."""
+    """Likewise, their height [px]."""
     samples: Annotated[int, Field(ge=1, le=256)] = 8
     """Camera samples a pixel."""
     particles: Annotated[int, Field(ge=1000, le=10_000_000)] = 30_000

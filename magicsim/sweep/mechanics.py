@@ -23,7 +23,7 @@ from magicsim.deform.lattice.spot import QUARTERS, central_lattice, displaced_el
 from magicsim.deform.lattice.structure import FINEST_MM, Lattice
 from magicsim.deform.lattice.zone import Zone, contact_zone
 from magicsim.deform.solve.path import ContactSolver
-from magicsim.errors import ConfigError, ConvergenceError, MagicsimError
+from magicsim.errors import ConfigError, MagicsimError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.grid import node_spacing_mm
 from magicsim.geometry.indenter import Indenter, place_object
@@ -157,12 +157,12 @@ def hardness(design: ElastomerDesign, quality: SweepQuality) -> Measured:
     solved = partial(durometer, design, walls=walls, step_mm=step_mm, force_tolerance_n=tolerance_n)
     try:
         fine = solved(spacing_mm=spacing_mm)
-    except ConvergenceError as error:
+    except MagicsimError as error:
         return Measured(value=None, note=str(error))
     note = f"walls below the cone {fine.walls}" if fine.walls != "none" else ""
     try:
         other = solved(spacing_mm=DUROMETER_COARSENING * spacing_mm)
-    except ConvergenceError:
+    except MagicsimError:
         return Measured(value=fine.shore_a, note=note)
     if other.unknowns == fine.unknowns:  # the printed planes leave no coarser lattice
         return Measured(value=fine.shore_a, note=note)

@@ -90,21 +90,17 @@ def left_out_predictions(features: Array, targets: Array) -> Array:
 
 
 def _left_out(features: Array, targets: Array, penalty: Callable[[Array, Array], float]) -> Array:
-    """Predictions of each row from all others, with the penalty that these ask for."""
-    rows, result = np.arange(len(features)), np.zeros_like(targets)
-    for held in rows:
-        rest = features[rows != held], targets[rows != held]
-        result[held] = _predict(*rest, features[held : held + 1], penalty(*rest))[0]
+    """Predictions of each row from all others with the penalty that these ask for, in the dual form of the ridge."""
+    numbers, result = np.arange(len(features)), np.zeros_like(targets)
+    for held in numbers:
+        known, wanted = features[numbers != held], targets[numbers != held]
+        mean, centre = known.mean(0), wanted.mean(0)
+        rows = known - mean
+        gram = rows @ rows.T
+        ridge = penalty(known, wanted) * np.trace(gram) / len(rows) * np.eye(len(rows))
+        weights = np.linalg.solve(gram + ridge, wanted - centre)
+        result[held] = ((features[held : held + 1] - mean) @ rows.T @ weights + centre)[0]
     return result
-
-
-def _predict(features: Array, targets: Array, asked: Array, penalty: float) -> Array:
-    """Ridge regression in its dual form, for fewer rows than features."""
-    mean, centre = features.mean(0), targets.mean(0)
-    rows = features - mean
-    gram = rows @ rows.T
-    weights = np.linalg.solve(gram + penalty * np.trace(gram) / len(rows) * np.eye(len(rows)), targets - centre)
-    return np.asarray((asked - mean) @ rows.T @ weights + centre)
 
 
 Filmed = tuple[DesignFilm, FittedDetector]
@@ -201,18 +197,18 @@ def _pattern(
     quality, name = sweep.quality, SPACING_MEASURES[pattern]
     observed: dict[float, PatternPowers] = {}
     pictures, notes = {}, []
-
-    def is_told_apart(spacing: float) -> bool:
+    # From the finest on until one is told apart. Coarser ones say nothing of the smallest: a pattern near the pitch of
+    # the printed grid may be masked by it, and both finer and coarser ones may not.
+    for spacing in reversed(quality.dot_spacings_mm if pattern == "dots" else quality.line_spacings_mm):
         try:
             shown = pressed(spacing)
             observed[spacing] = texture.observe(shown, plain(spacing), pattern, spacing)
         except MagicsimError as error:
             notes.append(f"at {spacing:g} mm: {error}")
-            return False
+            continue
         pictures[f"{pattern} every {spacing:g} mm"] = data_uri(shown.picture)
-        return observed[spacing].d_prime() >= texture.TOLD_APART
-
-    texture.try_finest_first(quality.dot_spacings_mm if pattern == "dots" else quality.line_spacings_mm, is_told_apart)
+        if observed[spacing].d_prime() >= texture.TOLD_APART:
+            break
     if not observed:
         return Parts(measures={name: Measured(value=None, note="; ".join(notes))})
     spacings = sorted(observed, reverse=True)
@@ -239,7 +235,10 @@ def _pressed(sensor: SweptSensor, sweep: SweepConfig, film: DesignFilm) -> Parts
 
 def _cost(sensor: SweptSensor, sweep: SweepConfig, film: DesignFilm) -> Parts:
     """Cost of a touch on the design's own lattice, as `magicsim press` solves it, and of its rendering."""
-    own = press(sensor.design, sweep.object, depth_mm=sweep.quality.touch_depth_mm)
+    try:
+        own = press(sensor.design, sweep.object, depth_mm=sweep.quality.touch_depth_mm)
+    except MagicsimError as error:
+        return Parts(measures=dict.fromkeys(("frame_seconds", "unknowns"), Measured(value=None, note=str(error))))
     seconds = own.seconds + np.array([each.seconds for each in (*film.press, *film.touches)])
     low, middle, high = np.quantile(seconds, [0.25, 0.5, 0.75]).tolist()
     unknowns = Measured(value=float(own.unknowns), low=float(own.unknowns), high=float(own.unknowns))
@@ -268,7 +267,7 @@ def _detected(films: Sequence[Filmed], quality: SweepQuality, seed: int) -> Part
     columns = {
         "entropy": [each.entropy.mean(1) for each in approaches],
         "correlation": [each.correlation.mean(1) for each in approaches],
-        "rate": [each.all_rates() for each in approaches],
+        "rate": [each.rates() for each in approaches],
     }
     means = {name: np.mean(values, axis=0).tolist() for name, values in columns.items()}
     return Parts(

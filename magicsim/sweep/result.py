@@ -132,8 +132,12 @@ SLACK_MM = 1e-6
 
 def printability(block: Block) -> Measured:
     """Share of the limits that a block keeps, with the names of those it does not."""
+    core = block.height_mm - 2 * block.skin_mm
+    sizes = {"skin_mm": block.skin_mm, "height_mm": block.height_mm, "core_mm": core}
+    if block.cell_mm is not None:  # as resolved, the smallest edge
+        sizes |= {"cell_mm": round(min(block.cell_mm), 6), "wall_mm": block.wall_mm}
     kept, broken = 0, []
-    for name, value in sizes_mm(block).items():
+    for name, value in sizes.items():
         for what, low, high in LIMITS[name]:
             if low - SLACK_MM <= value <= high + SLACK_MM:
                 kept += 1
@@ -142,12 +146,3 @@ def printability(block: Block) -> Measured:
                 broken.append(f"{what} {span} mm, here {value:.3g}")
     share = kept / (kept + len(broken))
     return Measured(value=share, low=share, high=share, note="; ".join(broken))
-
-
-def sizes_mm(block: Block) -> dict[str, float]:
-    """The sizes that limits exist for [mm]; cells as resolved, the smallest edge of them."""
-    core = block.height_mm - 2 * block.skin_mm
-    sizes = {"skin_mm": block.skin_mm, "height_mm": block.height_mm, "core_mm": core}
-    if block.cell_mm is not None:
-        sizes |= {"cell_mm": round(min(block.cell_mm), 6), "wall_mm": block.wall_mm}
-    return sizes

@@ -142,12 +142,10 @@ def search_designs(
                 new.append(design_with(sweep, index, values))
             except ConfigError as error:
                 failed[str(index)] = str(error)
-        left = []
-        for design in new:
-            if _stored(ledger.out, design) is None and is_replay and str(design.index) in earlier:
-                failed[str(design.index)] = earlier[str(design.index)]
-            elif _stored(ledger.out, design) is None:
-                left.append(design)
+        left = [each for each in new if _stored(ledger.out, each) is None]
+        if is_replay:
+            failed |= {str(each.index): earlier[str(each.index)] for each in left if str(each.index) in earlier}
+            left = [each for each in left if str(each.index) not in earlier]
         if left:
             is_replay = False
             failed |= judge(left, first + len(chosen) - len(left), len(failed))

@@ -27,21 +27,13 @@ SHAPES = (
 """Tolerances that change meshes or forces, which the renderings of a design share."""
 TIMED = ("exposure_ms", "flicker_depth", "led_drift_share", "live_frames")
 """What a camera does in the course of a stream; frames of a film have no times."""
+TIMED_FIELDS = tuple(
+    f"rig.camera.{each}"
+    for each in ("shutter.", "flicker.", "led_drift.", "live.", "compression.crf", "compression.key")
+)
+"""How fields of the rig's camera begin that are about a stream as well."""
 OF_QUALITY = ("samples", "particles", "anchor_samples", "anchor_particles")
 """Settings of `render` that the quality gives."""
-
-
-def problem_with(tolerances: Tolerances, camera: CameraNoise) -> str | None:
-    """Why renderings cannot differ by this, in one line; None where they can."""
-    for table, given, usual, names, why in (
-        ("tolerances", tolerances, Tolerances(), SHAPES, "renderings of a design share its meshes and presses"),
-        ("camera", camera, CameraNoise(), TIMED, "frames of a film have no times"),
-    ):
-        for name in names:
-            if getattr(given, name) != getattr(usual, name):
-                allowed = [each for each in type(given).model_fields if each not in names]
-                return f"{table}.{name} is not allowed in a sweep, as {why}: must be among {', '.join(allowed)}"
-    return None
 
 
 MAX_DESIGNS = 10_000
@@ -119,6 +111,8 @@ class SweptField(Config):
             yield f"field '{self.field}' needs either values, or low and high"
         if self.values is not None and len(set(self.values)) < len(self.values):
             yield f"values = {list(self.values)} of '{self.field}' is not allowed: holds a value twice"
+        if self.values is not None and (self.count is not None or self.scale != "linear"):
+            yield f"count and scale of '{self.field}' are not allowed with values: they belong to low and high"
         if self.values is None:
             self._interval()
 
@@ -231,19 +225,29 @@ class SweepConfig(Config):
         return (self.tolerances, self.camera) != (Tolerances(), CameraNoise())
 
     def _draw_problems(self) -> Iterator[str | None]:
-        yield problem_with(self.tolerances, self.camera)
+        for table, names, why in (
+            ("tolerances", SHAPES, "renderings of a design share its meshes and presses"),
+            ("camera", TIMED, "frames of a film have no times"),
+        ):
+            given = getattr(self, table)
+            usual = type(given)()
+            for name in names:
+                if getattr(given, name) != getattr(usual, name):
+                    allowed = ", ".join(each for each in type(given).model_fields if each not in names)
+                    yield f"{table}.{name} is not allowed in a sweep, as {why}: must be among {allowed}"
         if self.render.tier == "fast":
             yield "render.tier = 'fast' is not allowed: a sweep's frames are true ones"
         swept = {each.field for each in self.swept} | {name for each in self.also for name in each}
-        for name in OF_QUALITY:
-            if f"render.{name}" in swept:
-                yield f"render.{name} is not allowed to be swept: quality.{name} has it for all designs"
-        for name in dict.fromkeys((*self.camera.model_dump(exclude_none=True), *TIMED)):
-            field = f"rig.camera.{'.'.join(IN_TABLES.get(name, (name,)))}"
+        for field in (*(f"render.{name}" for name in OF_QUALITY), "rig.camera.columns", "rig.camera.rows"):
             if field in swept:
-                why = "of the rig is not allowed to be swept: frames of a film have no times"
-                why = why if name in TIMED else "is not allowed where that of the rig is swept: must be one of the two"
-                yield f"camera.{name} {why}"
+                yield f"{field} is not allowed to be swept: quality.{field.split('.')[-1]} has it for all designs"
+        if self.rig.camera.region_px is not None:
+            yield "rig.camera.region_px is not allowed in a sweep: its frames show the whole image"
+        for field in sorted(each for each in swept if each.startswith(TIMED_FIELDS)):
+            yield f"{field} is not allowed to be swept: frames of a film have no times"
+        for name in self.camera.model_dump(exclude_none=True):
+            if f"rig.camera.{'.'.join(IN_TABLES.get(name, (name,)))}" in swept:
+                yield f"camera.{name} is not allowed where that of the rig is swept: must be one of the two"
 
     def _count_problems(self) -> Iterator[str | None]:
         if len(self.also) > MAX_DESIGNS:

@@ -9,22 +9,25 @@ pattern of known frequency and phase in Gaussian clutter
     d' = sqrt(2 (P - P_0) / P_0)
 
 (Green and Swets 1966), 0 where P is below P_0. A spacing is told apart at d' >= 2, so P >= 3 P_0, which clutter alone
-reaches in about exp(-3) = 5 % of cases.
+reaches in 5 to 10 % of cases. P / P_0 follows the noncentral F distribution, which says what d' the frames allow.
 
 Plate, lattice and the part that is looked at grow with the spacing, so that every spacing is judged alike. Dots and
 lines are their own mirror images about the axis: a quarter of the block is solved.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+import numpy.typing as npt
+from scipy.stats import ncf
 
-from magicsim.arrays import Array, FloatImage, Index
+from magicsim.arrays import Array, FloatImage
+from magicsim.camera.camera import Window
 from magicsim.camera.exposure import expose
-from magicsim.camera.projection import pixel_landing_mm
+from magicsim.camera.projection import picture_mm, pixel_landing_mm
 from magicsim.deform.indentation.force import find_depth
 from magicsim.detectors.frame import Frame
 from magicsim.errors import ConfigError
@@ -32,7 +35,7 @@ from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import ObjectConfig
 from magicsim.geometry.objects.plain import BoxObject
 from magicsim.geometry.objects.textured import CELLS_A_PERIOD, DotsObject, LinesObject
-from magicsim.judge.measures import interval
+from magicsim.judge.measures import RESAMPLES, TAIL
 from magicsim.light.records.untouched import UntouchedStates
 from magicsim.notebook.screen import beside_change
 from magicsim.scenes.rig import Rig
@@ -111,7 +114,9 @@ def press_plate(
             [expose(radiance, exposure, camera, seed=seed, frame=first + draw) for draw in range(quality.draws)]
         ).astype(float)
 
-    shown, reference = frames(image, 0), frames(rest, quality.draws).mean(0)
+    # A plain plate is seen by frames of its own: their noise would cancel in the difference.
+    shown = frames(image, 0 if pattern is not None else 2 * quality.draws)
+    reference = frames(rest, quality.draws).mean(0)
     landing = pixel_landing_mm(design, rig.lens, rig.camera)
     inside = np.abs(landing).max(2) <= LOOKED_AT_PERIODS * spacing_mm / 2
     contrast = ((shown - reference) / reference[inside].mean(0))[:, inside]
@@ -142,20 +147,23 @@ def plate_rig(sensor: SweptSensor, spacing_mm: float, quality: SweepQuality) -> 
     """The rig of a sensor, its camera reading out what lies around a plate of `PLATE_PERIODS` spacings.
 
     Raises:
-        ConfigError: The sensor's own camera has too few pixels for the spacing.
+        ConfigError: The sensor's own camera has too few pixels for the spacing, or does not see the plate's place.
     """
     own, field = sensor.rig.camera.columns, sensor.rig.camera.field_mm
     needed = math.ceil(PIXELS_A_PERIOD * field / spacing_mm)
-    scale = max(quality.texture_scale, math.ceil(needed / quality.columns))
-    if scale > max(quality.texture_scale, math.ceil(own / quality.columns)):
+    columns = camera_of(sensor, quality).columns
+    scale = max(quality.texture_scale, math.ceil(needed / columns))
+    if scale > max(quality.texture_scale, math.ceil(own / columns)):
         raise ConfigError(f"rig.camera.columns = {own} is too few for {spacing_mm:g} mm: must be at least {needed}")
     camera = camera_of(sensor, quality, scale=scale)
-    whole = sensor.rig.model_copy(update={"camera": camera})
-    near = np.abs(pixel_landing_mm(sensor.design, whole.lens, whole.camera)).max(2) <= PLATE_PERIODS * spacing_mm / 2
-    rows, columns = np.flatnonzero(near.any(1)), np.flatnonzero(near.any(0))
-    top, left = max(0, rows[0] - MARGIN_PX), max(0, columns[0] - MARGIN_PX)
-    bottom, right = min(camera.rows, rows[-1] + 1 + MARGIN_PX), min(camera.columns, columns[-1] + 1 + MARGIN_PX)
-    region = (int(left), int(top), int(right - left), int(bottom - top))
+    lens, half_mm = sensor.rig.lens, LOOKED_AT_PERIODS * spacing_mm / 2
+    if np.abs(picture_mm(sensor.design, lens, camera)).min() < half_mm - field / camera.columns:
+        raise ConfigError(f"the camera sees less of the face than {2 * half_mm:g} mm, {LOOKED_AT_PERIODS} spacings")
+    near = np.abs(pixel_landing_mm(sensor.design, lens, camera)).max(2) <= PLATE_PERIODS * spacing_mm / 2
+    (top, *_, bottom), (left, *_, right) = (np.flatnonzero(near.any(axis)).tolist() for axis in (1, 0))
+    seen = Window(column=left, row=top, columns=right + 1 - left, rows=bottom + 1 - top)
+    read = seen.grown(MARGIN_PX, camera.columns, camera.rows)
+    region = (read.column, read.row, read.columns, read.rows)
     looking = camera.pixelwise().model_copy(update={"region_px": region})
     return sensor.rig.model_copy(update={"camera": looking})
 
@@ -169,30 +177,40 @@ ACROSS_DEG: dict[Pattern, tuple[float, ...]] = {
     "dots": (35.0, 40.0, 45.0, 50.0, 55.0, 125.0, 130.0, 135.0, 140.0, 145.0),
 }
 """Directions in which it does not, beyond the width of its peak."""
+MOST_RATIO = 1e3
+"""Ratio P / P_0 beyond which a spacing is told apart for sure."""
+Complex = npt.NDArray[np.complex128]
 
 
-def powers(difference: Array, places_mm: Array, directions_deg: Sequence[float], frequency_per_mm: float) -> Array:
-    """Power of a difference at one frequency in several directions, mean over frames and channels, shape (directions,).
+def plane_waves(places_mm: Array, directions_deg: Sequence[float], frequency_per_mm: float) -> Complex:
+    """What takes the amplitude of each direction out of an image, shape (pixels, directions).
 
-    A Hann window over `LOOKED_AT_PERIODS` keeps the square's edges from leaking into other frequencies. Power is the
-    square of a plane wave's amplitude; the difference has shape (draws, pixels, 3), places on the face (pixels, 2)
-    [mm], and directions go from x towards y [degrees].
+    A Hann window over `LOOKED_AT_PERIODS` keeps the square's edges from leaking into other frequencies. Places on the
+    face have shape (pixels, 2) [mm], and directions go from x towards y [degrees].
     """
     window = np.prod(np.cos(np.pi * places_mm * frequency_per_mm / LOOKED_AT_PERIODS) ** 2, axis=1)
     turn = np.radians(directions_deg)
     along = places_mm @ np.stack([np.cos(turn), np.sin(turn)])
-    waves = np.exp(2j * np.pi * frequency_per_mm * along) * window[:, None]
-    found = np.einsum("pw,dpc->wdc", waves, difference, optimize=True) * 2 / window.sum()
-    return np.asarray((np.abs(found) ** 2).mean((1, 2)))
+    return np.asarray(np.exp(2j * np.pi * frequency_per_mm * along) * window[:, None] * 2 / window.sum())
 
 
 def observe(with_pattern: PlateFrames, plain: PlateFrames, pattern: Pattern, spacing_mm: float) -> "PatternPowers":
     """What the d' of one spacing is made of."""
-    difference = with_pattern.contrast - plain.contrast
+    count, directions = len(ALONG_DEG[pattern]), ALONG_DEG[pattern] + ACROSS_DEG[pattern]
+    waves = plane_waves(plain.places_mm, directions, 1 / spacing_mm)
+    found = np.einsum("pw,dpc->wdc", waves, with_pattern.contrast - plain.contrast, optimize=True)
+    powers = np.mean(np.abs(found) ** 2, axis=(1, 2))
+    views = _independent(found[count:].reshape(len(directions) - count, -1))
     return PatternPowers(
-        pattern=float(powers(difference, plain.places_mm, ALONG_DEG[pattern], 1 / spacing_mm).mean()),
-        around=powers(difference, plain.places_mm, ACROSS_DEG[pattern], 1 / spacing_mm),
-    )
+        pattern=float(powers[:count].mean()), around=powers[count:], pattern_parts=views * count,
+        clutter_parts=views * _independent(waves[:, count:].T),
+    )  # fmt: skip
+
+
+def _independent(rows: Complex) -> float:
+    """How many independent ones there are among rows or, by the same number, columns that are alike in part."""
+    products = np.abs(rows @ rows.conj().T) ** 2
+    return float(np.trace(np.sqrt(products)) ** 2 / products.sum())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -202,50 +220,63 @@ class PatternPowers:
     pattern: float
     """P."""
     around: Array
-    """In directions without the pattern, shape (directions,)."""
+    """Powers in directions without the pattern, shape (directions,)."""
+    pattern_parts: float
+    """How many independent complex amplitudes P is the mean of."""
+    clutter_parts: float
+    """How many P_0 is the mean of: directions next to each other are alike in part, and so are colours and frames."""
 
-    def d_prime(self, directions: Index | None = None) -> float:
-        """See the module; with the clutter of some directions alone."""
-        clutter = float((self.around if directions is None else self.around[directions]).mean())
-        return float(np.sqrt(2 * max(0.0, self.pattern - clutter) / clutter))
+    @property
+    def ratio(self) -> float:
+        """P / P_0."""
+        return self.pattern / max(float(self.around.mean()), np.finfo(float).tiny)
 
+    def d_prime(self) -> float:
+        """See the module."""
+        return math.sqrt(2 * max(0.0, self.ratio - 1))
 
-def try_finest_first(spacings_mm: Sequence[float], is_told_apart: Callable[[float], bool]) -> None:
-    """Tries spacings from the last and finest on until one is told apart.
+    def allowed(self, shares: Array) -> Array:
+        """The d' above which the ratio would be as high as it is, or higher, in these shares of cases; 0 without one.
 
-    Coarser ones say nothing of the smallest: a pattern near the pitch of the printed grid may be masked by it, and both
-    finer and coarser ones may not.
-    """
-    next((spacing for spacing in reversed(spacings_mm) if is_told_apart(spacing)), None)
+        Even shares in 0..1 draw from the confidence distribution of d' (Schweder and Hjort 2002).
+        """
+        freedom, clutter_freedom = 2 * self.pattern_parts, 2 * self.clutter_parts
+        ratio = min(self.ratio, MOST_RATIO)
+        tried = np.linspace(0, 3 * math.sqrt(2 * ratio) + 6, 200)
+        above = ncf.sf(ratio, freedom, clutter_freedom, freedom * tried**2 / 2)
+        return np.asarray(np.interp(shares, np.maximum.accumulate(above), tried))
 
 
 def smallest_spacing(spacings_mm: Array, observed: Sequence[PatternPowers], *, seed: int) -> Measured:
     """The spacing at which d' falls to 2, between tested ones, which fall, by their logarithm.
 
-    The interval is a bootstrap over the clutter's directions.
+    The interval is that of what d' each spacing may have, open where no tested spacing is on the other side.
     """
-
-    def crossing(directions: Index) -> float:
-        return told_apart_to(spacings_mm, np.array([each.d_prime(directions) for each in observed]))
-
-    count = len(observed[0].around)
-    value = crossing(np.arange(count))
-    low, high = (end if np.isfinite(end) else None for end in interval([crossing], count, seed=seed))
+    random = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, len(observed)])))
+    drawn = np.stack([each.allowed(random.random(RESAMPLES)) for each in observed], axis=1)
+    value = float(told_apart_to(spacings_mm, np.array([each.d_prime() for each in observed])))
+    drawn_mm = told_apart_to(spacings_mm, drawn)
+    ends = np.quantile(drawn_mm, [TAIL, 1 - TAIL], method="closest_observation")
+    finest, coarsest = float(spacings_mm[-1]), float(spacings_mm[0])
+    low = min(float(ends[0]), coarsest) if ends[0] > finest else None
+    high = float(ends[1]) if np.isfinite(ends[1]) else None
     if value == np.inf:
-        note = f"above the largest spacing tried, {spacings_mm[0]:g} mm"
-        return Measured(value=None, low=float(spacings_mm[0]), note=note)
-    if value <= spacings_mm[-1]:
+        return Measured(value=None, low=low, note=f"above the largest spacing tried, {coarsest:g} mm")
+    if value <= finest:
         return Measured(value=value, high=high, note="at most: the smallest spacing tried is told apart")
     return Measured(value=value, low=low, high=high)
 
 
-def told_apart_to(spacings_mm: Array, d_prime: Array) -> float:
-    """Smallest spacing with a d' of 2, between the finest told apart and the next finer one [mm]; infinite without."""
-    told = np.flatnonzero(d_prime >= TOLD_APART)
-    if not len(told):
-        return float("inf")
-    last = int(told[-1])
-    if last == len(d_prime) - 1:
-        return float(spacings_mm[-1])
-    share = (d_prime[last] - TOLD_APART) / (d_prime[last] - d_prime[last + 1])
-    return float(spacings_mm[last] * (spacings_mm[last + 1] / spacings_mm[last]) ** share)
+def told_apart_to(spacings_mm: Array, d_prime: Array) -> Array:
+    """Smallest spacing with a d' of 2, between the finest told apart and the next finer one [mm]; infinite without.
+
+    d' of each spacing has shape (..., spacings), what it gives shape (...).
+    """
+    count = len(spacings_mm)
+    told = d_prime >= TOLD_APART
+    last = count - 1 - np.argmax(told[..., ::-1], axis=-1)
+    following = np.minimum(last + 1, count - 1)
+    here, there = (np.take_along_axis(d_prime, each[..., None], -1)[..., 0] for each in (last, following))
+    share = np.where(here > there, (here - TOLD_APART) / np.where(here > there, here - there, 1), 0)
+    found = spacings_mm[last] * (spacings_mm[following] / spacings_mm[last]) ** share
+    return np.asarray(np.where(told.any(-1), found, np.inf))

@@ -12,7 +12,6 @@ where the mean change of all rows of designs that differ in one field alone is a
 of independent errors, sqrt(h1^2 + h2^2) with the half widths h, and no row says the opposite.
 """
 
-import math
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -104,36 +103,24 @@ def series(results: Sequence[DesignResult], field: str, measure: str) -> list[li
 
 def _check(trend: Trend, rows: Sequence[Sequence[Measured]]) -> TrendCheck:
     sign = 1 if trend.rises else -1
-    values = [[each.value or 0.0 for each in row] for row in rows]
-    changes = [row[-1] - row[0] for row in values]
-    spreads = [_spread(row[0], row[-1]) for row in rows]
-    pairs = zip(changes, spreads, strict=True)
-    clear = [change for change, spread in pairs if spread is not None and abs(change) > spread]
-    steps = [sign * (after - before) for row in values for before, after in pairwise(row)]
-    known = [spread for spread in spreads if spread is not None]
-    change = sum(changes) / len(rows)
-    half = math.hypot(*known) / len(rows) if len(known) == len(rows) else None
+    steps = [sign * ((after.value or 0.0) - (before.value or 0.0)) for row in rows for before, after in pairwise(row)]
+    first, last = (columns_of([row[place] for row in rows]) for place in (0, -1))
+    changes = last[0] - first[0]
+    spreads = np.hypot(first[2] - first[1], last[2] - last[1]) / 2  # NaN where one of them has no interval
+    is_right, is_beyond = sign * changes > 0, np.abs(changes) > spreads
+    change, half = float(changes.mean()), float(np.sqrt(np.sum(spreads**2))) / len(rows)
     return TrendCheck(
         **asdict(trend),
         series=len(rows),
         steps=len(steps),
         steps_right=sum(step > 0 for step in steps),
-        ends_right=sum(sign * each > 0 for each in changes),
-        ends_clear=sum(sign * each > 0 for each in clear),
-        ends_contrary=sum(sign * each < 0 for each in clear),
+        ends_right=int(is_right.sum()),
+        ends_clear=int((is_right & is_beyond).sum()),
+        ends_contrary=int((~is_right & is_beyond).sum()),
         change=change,
-        low=change - half if half is not None else None,
-        high=change + half if half is not None else None,
+        low=change - half if np.isfinite(half) else None,
+        high=change + half if np.isfinite(half) else None,
     )
-
-
-def _spread(first: Measured, last: Measured) -> float | None:
-    """Half width of the interval of their difference; None where one of them has none."""
-    ends = (first.low, first.high, last.low, last.high)
-    if any(end is None for end in ends):
-        return None
-    low, high, last_low, last_high = (float(end or 0.0) for end in ends)
-    return math.hypot(high - low, last_high - last_low) / 2
 
 
 APART, ALIKE, SATURATED = "told apart", "indistinguishable", "saturated"

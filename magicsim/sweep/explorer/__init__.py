@@ -49,11 +49,9 @@ def table_csv(rows: Sequence[Row]) -> bytes:
     return text.getvalue().encode()
 
 
-def _cell(value: float | str | None) -> float | str:
+def _cell(value: float | str | None) -> float | str | None:
     """A cell of CSV: an apostrophe before text that begins as a formula does, as spreadsheets write it themselves."""
-    if isinstance(value, str) and value.startswith(FORMULA):
-        return f"'{value}"
-    return "" if value is None else value
+    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
 
 
 def table_parquet(rows: Sequence[Row], quality: SweepQuality) -> bytes:
@@ -88,9 +86,11 @@ def render_explorer(
 ) -> str:
     """The page."""
     title = f"Design sweep: {len(results)} designs"
-    return page_template("explorer.html.jinja", "magicsim.sweep.explorer").render(
+    return page_template("explorer.html.jinja", "magicsim.sweep.explorer", "magicsim.report").render(
         title=title,
-        subtitle=" by ".join(f"{field_label(each.field)} ({field_unit(each.field)})" for each in sweep.swept),
+        subtitle=" by ".join(
+            f"{label} ({unit})" if unit else label for label, unit in (field_title(each.field) for each in sweep.swept)
+        ),
         data=Markup(script_json(explorer_data(sweep, results, front=front, verdicts=verdicts))),
         trends=trends,
         failed=failed,
@@ -106,11 +106,10 @@ def explorer_data(
     """What the page's script works on."""
     kinds = described(sweep.quality)
     fields = sorted({name for result in results for name in result.values})
-    swept = [each.field for each in sweep.swept]
-    order = [*swept, *(name for name in fields if name not in swept)]
+    titles = {name: field_title(name) for name in (*(each.field for each in sweep.swept), *fields)}
     measured = [name for name in sweep.measures if any(name in result.measures for result in results)]
     return {
-        "fields": [{"name": name, "label": field_label(name), "unit": field_unit(name)} for name in order],
+        "fields": [{"name": name, "label": label, "unit": unit} for name, (label, unit) in titles.items()],
         "measures": [{"name": name, "verdict": verdicts.get(name, "")} | asdict(kinds[name]) for name in measured],
         "objectives": [{"measure": each.measure, "better": each.direction} for each in sweep.objectives],
         "designs": [
@@ -133,15 +132,7 @@ def signed(value: float, digits: int) -> str:
     return f"{value:+.{digits}f}".replace("-", "\u2212")
 
 
-def field_label(name: str) -> str:
-    """A swept field in words, such as `cell` or `camera exposure grey`."""
-    return name.removesuffix(_end(name)).partition(".")[2].replace(".", " ").replace("_", " ")
-
-
-def field_unit(name: str) -> str:
-    """Unit of a field, empty where it has none."""
-    return UNITS.get(_end(name), "")
-
-
-def _end(name: str) -> str:
-    return next((end for end in UNITS if name.endswith(end)), "")
+def field_title(name: str) -> tuple[str, str]:
+    """A swept field in words, such as `cell` or `camera exposure grey`, and its unit, empty where it has none."""
+    end = next((end for end in UNITS if name.endswith(end)), "")
+    return name.removesuffix(end).partition(".")[2].replace(".", " ").replace("_", " "), UNITS.get(end, "")

@@ -64,6 +64,7 @@ function curveCards(chosen) {
     curveCard(chosen, { title: "Entropy against distance", x: { ...distance, ticks: inside(DISTANCES, chosen, "approach", "gap_mm") }, y: { label: "entropy E [bit]", zero: true }, parts: [{ curve: "approach", x: "gap_mm", y: "entropy" }] }),
     curveCard(chosen, { title: "Correlation and detection against distance", x: { ...distance, ticks: inside(DISTANCES, chosen, "approach", "gap_mm") }, y: { label: "C, share of frames", low: -0.1, high: 1.05, marks: [0.5] }, parts: [{ curve: "approach", x: "gap_mm", y: "rate" }, { curve: "approach", x: "gap_mm", y: "correlation", dashed: true, dots: false }], note: "Solid: share of frames called Approaching at 5 % false alarms. Dashed: correlation C." }),
   ];
+  cards.push(curveCard(chosen, { title: "Contact against depth", x: { label: "depth [mm]", zero: true }, y: { label: "AUC, accuracy", marks: [1] }, parts: [{ curve: "contact", x: "depth_mm", y: "auc" }, { curve: "contact", x: "depth_mm", y: "accuracy", dashed: true }], note: "Solid: contact AUC. Dashed: contact accuracy." }));
   for (const pattern of ["lines", "dots"]) cards.push(
     curveCard(chosen, { title: `Pattern of ${pattern}`, x: { label: `spacing of ${pattern} [mm]` }, y: { label: "d\u2032", zero: true, marks: [2] }, parts: [{ curve: `${pattern}_d_prime`, x: "spacing_mm", y: "d_prime" }], note: "Told apart from a plain plate at d\u2032 = 2." }));
   cards.push(localisationCard(chosen));

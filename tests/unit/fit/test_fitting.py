@@ -6,8 +6,9 @@ import pytest
 
 from magicsim.camera.exposure import meter
 from magicsim.errors import MagicsimError
-from magicsim.fit.constants import with_values
+from magicsim.fit.constants import fitted_scene, with_values
 from magicsim.fit.fitting import fit_constants
+from magicsim.fit.model import Equilibria, compare, render_bases, whole_untouched
 from magicsim.fit.observation import Observation, observe
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED
@@ -45,6 +46,19 @@ def test_images_of_a_sensor_with_another_constant_give_it_back(tmp_path: Path):
     assert levels == pytest.approx(shown.mean.mean((0, 1)), rel=0.05)
     assert (tmp_path / "mine.png").read_bytes().startswith(b"\x89PNG")
     assert out.read_text().startswith("# Written by magicsim fit optics from 8 frames of 1 states")
+
+
+def test_exposure_of_a_camera_that_reads_a_part_is_that_of_the_whole_image():
+    settings = (
+        "rig.camera.field_mm=16", "rig.camera.exposure_grey=20", "rig.camera.region_px=[10,12,12,16]", "references=2",
+        "render.anchor_particles=40000", "render.anchor_samples=8",
+    )  # fmt: skip
+    part = load_scene("rest", (*SMALL, *settings), seed=3)
+    shown = observe([each.image for each in simulate(part).references], part.rig.camera)
+    found = compare(render_bases(part, {}, [UNTOUCHED], Equilibria()), [shown], part.rig.camera, blocks=(2, 2))
+    assert found.images[0].mean() > 1.3 * 20  # the rest of the image shows less of the block
+    fitted = fitted_scene(part, {}, found.strengths, whole_untouched(part, {}, found.strengths))
+    assert fitted.rig.camera.exposure_grey == pytest.approx(20, rel=0.05)
 
 
 @pytest.fixture

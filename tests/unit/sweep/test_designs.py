@@ -3,12 +3,15 @@ from itertools import product
 import numpy as np
 import pytest
 
+from magicsim.camera.projection import picture_mm
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import LatticeOptions
-from magicsim.sweep.designs import list_designs
+from magicsim.sweep.designs import camera_of, list_designs
 from magicsim.sweep.sweep_file import SweepConfig, load_sweep
 
 from .fakes import small_sweep
+
+Size = tuple[int, int]
 
 
 def test_grid_holds_every_combination_the_last_field_fastest():
@@ -78,7 +81,7 @@ def test_rooms_are_swept_by_their_names():
         ("{field='design.materials',values=[1.0]}", "field 'design.materials' is not allowed: must be a number"),
         ("{field='rig.camera.white_balance',values=[1.0]}", "must be a number"),
         ("{field='rig.strips.7.margin_mm',values=[1.0]}", "'7'; available: 0, 1, 2, 3"),
-        ("{field='rig.camera.columns',values=[100.5]}", "rig.camera.columns = 100.5 is not allowed"),
+        ("{field='rig.camera.pattern_seed',values=[100.5]}", "rig.camera.pattern_seed = 100.5 is not allowed"),
     ],
 )
 def test_field_that_does_not_exist_or_a_value_out_of_range_is_named(swept: str, named: str):
@@ -96,6 +99,27 @@ def test_field_without_a_value_of_its_own_may_be_swept_but_needs_one_in_every_de
     assert [each.values["design.lattice.spacing_mm"] for each in list_designs(bare())] == [0.5, 1.0]
     with pytest.raises(ConfigError, match="spacing_mm' has no value in the base sensor"):
         list_designs(bare("also=[{'design.core_mm'=3.0}]"))
+
+
+@pytest.mark.parametrize(
+    ("own", "asked", "seen"),
+    [
+        ((240, 320), (48, 64), (48, 64)),
+        ((320, 240), (48, 64), (64, 48)),
+        ((320, 240), (64, 48), (64, 48)),
+        ((320, 320), (48, 75), (60, 60)),
+    ],
+)
+def test_images_keep_the_shape_of_the_rigs_and_show_as_much(own: Size, asked: Size, seen: Size):
+    sweep = small_sweep(
+        f"rig.camera.columns={own[0]}", f"rig.camera.rows={own[1]}", "rig.camera.principal_offset_px=[8,-4]",
+        f"quality.columns={asked[0]}", f"quality.rows={asked[1]}",
+    )  # fmt: skip
+    sensor = list_designs(sweep)[0].sensor
+    whole, small = sensor.rig.camera, camera_of(sensor, sweep.quality)
+    assert (small.columns, small.rows) == seen
+    covered = [picture_mm(sensor.design, sensor.rig.lens, camera) for camera in (whole, small)]
+    assert covered[1] == pytest.approx(covered[0], abs=0.5)  # outermost pixels are half a pixel from the edge
 
 
 def test_shipped_sweep_is_six_by_six_and_two_other_cores():

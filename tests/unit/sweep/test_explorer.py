@@ -9,8 +9,7 @@ import pytest
 from magicsim.errors import visible
 from magicsim.sweep.explorer import (
     explorer_data,
-    field_label,
-    field_unit,
+    field_title,
     render_explorer,
     rows_of,
     script_json,
@@ -60,6 +59,19 @@ def test_meanings_name_what_the_quality_says(results: list[DesignResult]):
     assert "{" not in "".join(kind.meaning for kind in described(sweep.quality).values())
 
 
+def test_title_names_units_where_there_are_any():
+    swept = "swept=[{field='design.skin_mm',values=[1.0]},{field='rig.room',values=['dark']}]"
+    sweep = small_sweep("rig=digit-office", swept)
+    page = render_explorer(sweep, [], front=[], trends=[], failed={}, verdicts={})
+    assert "skin (mm) by room</p>" in page
+
+
+def test_every_curve_that_a_film_has_is_drawn(results: list[DesignResult]):
+    page = render_explorer(small_sweep(), results, front=[True] * 5, trends=[], failed={}, verdicts={})
+    for name in ("force", "similarity", "approach", "contact", "localisation"):
+        assert f'curve: "{name}"' in page or f"curves.{name}" in page
+
+
 def test_text_cannot_leave_its_script_element():
     assert "</script" not in script_json({"note": "</script><b>&"})
     assert json.loads(script_json({"note": "</script><b>&"})) == {"note": "</script><b>&"}
@@ -80,7 +92,7 @@ def test_page_of_no_result_says_so():
     ],
 )
 def test_fields_are_named_in_words_with_their_unit(name: str, label: str, unit: str):
-    assert (field_label(name), field_unit(name)) == (label, unit)
+    assert field_title(name) == (label, unit)
 
 
 def test_result_survives_its_json(results: list[DesignResult]):

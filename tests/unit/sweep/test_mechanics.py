@@ -8,6 +8,7 @@ from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.sweep import mechanics
+from magicsim.sweep.measures import SweepQuality
 from magicsim.sweep.mechanics import durability, press_centrally, press_curve, spacing_error
 from magicsim.sweep.parts import block_of
 from magicsim.sweep.result import printability
@@ -131,3 +132,12 @@ def test_design_without_strengths_is_named_where_durability_is_wanted():
     found = durability(block, BALL, ["safe_depth_mm"])["safe_depth_mm"]
     assert found.value is None
     assert "the design says no strength: limits needs one of" in found.note
+
+
+def test_face_that_no_durometer_takes_leaves_a_gap(monkeypatch: pytest.MonkeyPatch):
+    def refuses(*_: object, **__: object) -> None:
+        raise ConfigError("a durometer presses a plane or a crown")
+
+    monkeypatch.setattr(mechanics, "durometer", refuses)
+    found = mechanics.hardness(design(), SweepQuality())
+    assert (found.value, found.note) == (None, "a durometer presses a plane or a crown")

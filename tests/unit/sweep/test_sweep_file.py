@@ -19,6 +19,7 @@ from .fakes import small_sweep
         ),
         ("swept=[{field='design.skin_mm'}]", "needs either values, or low and high"),
         ("swept=[{field='design.skin_mm',values=[1.0,1.0]}]", "holds a value twice"),
+        ("swept=[{field='design.skin_mm',values=[1.0,2.0],count=3}]", "count and scale of 'design.skin_mm'"),
         ("swept=[{field='design.skin_mm',low=2.0,high=1.0,count=3}]", "must be at most high = 1"),
         ("swept=[{field='design.skin_mm',low=0.5,high=1.0}]", "count is missing"),
         ("swept=[{field='design.skin_mm',values=[1.0],step=2}]", "unknown key in [swept.0] 'step'"),
@@ -119,6 +120,12 @@ def test_durability_is_measured_only_where_it_is_named():
         ),
         (["also=[{'render.anchor_particles'=50000}]"], "quality.anchor_particles has it for all designs"),
         (["swept=[{field='rig.camera.shutter.exposure_ms',values=[5.0,10.0]}]"], "frames of a film have no times"),
+        (
+            ["rig.camera.shutter.row_us=10", "also=[{'rig.camera.shutter.row_us'=50.0}]"],
+            "frames of a film have no times",
+        ),
+        (["swept=[{field='rig.camera.columns',values=[120,240]}]"], "quality.columns has it for all designs"),
+        (["rig.camera.region_px=[0,0,100,100]"], "rig.camera.region_px is not allowed in a sweep"),
         (["render.tier=fast"], "render.tier = 'fast' is not allowed: a sweep's frames are true ones"),
     ],
 )
