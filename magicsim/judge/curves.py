@@ -146,8 +146,8 @@ def _curve(
     negatives = [class_scores(each, score, nothing) for each in episodes]
     # Upper edges belong to their bin, as 3 mm belongs to Near and 0.3 mm to Contact's lower limit of depth.
     bins = [np.searchsorted(np.array(edges) + ROUNDING_MM, place, side="left") - 1 for place in places]
-    inside = [np.isfinite(place) & (place > edges[0]) & (place <= edges[-1] + ROUNDING_MM) for place in places]
     count = len(edges) - 1
+    inside = [(place >= 0) & (place < count) for place in bins]  # NaN lies beyond the last edge
     whole = np.array([np.bincount(b[ok], minlength=count)[:count] for b, ok in zip(bins, inside, strict=True)])
 
     def rates(drawn: Index) -> Array:

@@ -41,6 +41,17 @@ def test_bins_hold_every_frame_once_with_its_upper_edge():
     assert all(point.low <= point.rate <= point.high for point in points)
 
 
+@pytest.mark.parametrize(("curve", "sign"), [(detection_by_distance, 1), (detection_by_depth, -1)])
+def test_frame_that_rounding_alone_keeps_from_the_face_is_in_no_bin(curve, sign: int):
+    episode = judged("a")
+    episode.labels.gap_mm[13] = sign * 3e-17
+    episode.labels.gap_mm[9] = np.nan
+    before, now = (
+        sum(point.frames for point in curve([each], false_alarm_rate=0.05, **OPTIONS)) for each in (judged("a"), episode)
+    )
+    assert now == before - 1
+
+
 def test_roc_runs_from_nothing_to_everything():
     curve = trade_off([judged("a", sharpness=1.0)], "approach", {FrameClass.NEAR}, NOTHING_NEAR)
     assert (curve.false_alarms[0], curve.detections[0]) == (0, 0)
