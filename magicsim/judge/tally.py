@@ -150,13 +150,15 @@ def approach_lead(episode: JudgedEpisode) -> Lead | None:
 
 
 def touch_onset(episode: JudgedEpisode) -> Onset | None:
-    """Onset of the first contact; None without a frame of class Contact, and where nobody knows how deep it is."""
+    """Onset of the first touch with a frame of class Contact; None without any, and where nobody knows how deep it is."""
     gap, classes = episode.labels.gap_mm, episode.labels.classes
-    if FrameClass.CONTACT not in classes or not (gap <= 0).any():
+    if FrameClass.CONTACT not in classes or not gap[classes.index(FrameClass.CONTACT)] <= 0:
         return None
-    met = int(np.flatnonzero(gap <= 0)[0])
-    left = np.flatnonzero(~(gap[met:] <= 0))
-    end = met + (int(left[0]) if len(left) else len(gap) - met)
+    met = end = classes.index(FrameClass.CONTACT)
+    while met > 0 and gap[met - 1] <= 0:
+        met -= 1
+    while end < len(gap) and gap[end] <= 0:
+        end += 1
     said = [place for place in range(met, end) if episode.contact[place] == Contact.TOUCHED]
     deepest = float(-np.nanmin(gap[met:end]))
     noticed = said[0] if said else end
