@@ -2,6 +2,7 @@
 
 import importlib
 import importlib.util
+import sys
 import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -149,6 +150,7 @@ def _load_file(path: str) -> ModuleType:
     if not is_file(file) or spec is None or spec.loader is None:
         raise ConfigError(f"detector file '{path}' does not exist")
     module, loader = importlib.util.module_from_spec(spec), spec.loader
+    sys.modules[spec.name] = module  # where dataclasses and pickle look for what their class stands in
     tried(lambda: loader.exec_module(module), f"detector file '{path}' cannot be loaded")
     return module
 
