@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from magicsim.detectors.verdict import Proximity
+from magicsim.errors import ConfigError
 from magicsim.evaluation.answers import check_order, judge_footage
 from magicsim.evaluation.baseline import Baseline, Comparison, condition_of, set_beside
 from magicsim.evaluation.detector import MakeDetector, ProfileDetector, detector_by
@@ -184,6 +185,8 @@ def evaluate_suite(
                 nothing = (str(Proximity.NORMAL),) * len(each.proximity)
                 episodes.append(replace(each, proximity=nothing) if coated else each)
             (progress or share)(done, max(done, total))
+        if not any(each.proximity for each in episodes):
+            raise ConfigError(f"'{name}' holds no frames to judge: must hold some beside those of the untouched sensor")
         conditions = [condition_of(each) for each in episodes]
         groups = group_episodes(episodes)
         standard = groups[conditions[0]]

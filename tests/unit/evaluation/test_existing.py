@@ -15,7 +15,7 @@ from magicsim.dataset.generate import generate_dataset
 from magicsim.errors import ConfigError
 from magicsim.evaluation.detector import built_in
 from magicsim.evaluation.evaluate import evaluate_suite
-from magicsim.evaluation.existing import StoredImages, read_existing
+from magicsim.evaluation.existing import StoredImages, existing_footage, read_existing
 from magicsim.evaluation.footage import read_recordings
 from magicsim.evaluation.page import describe
 from magicsim.evaluation.suite import load_suite
@@ -89,6 +89,15 @@ def test_dataset_of_two_versions_of_the_code_is_refused_by_name(tmp_path: Path, 
     generate_dataset(small_recipe("episodes=2"), tmp_path / "set", options=options, simulator=MIXED)
     with pytest.raises(ConfigError, match=r"/set' holds rows of two versions of the code: sources 0.*, sources .*;"):
         read_existing(tmp_path / "set", frames_per_second=1.0)
+
+
+def test_frames_of_the_untouched_sensor_alone_are_refused(tmp_path: Path):
+    cv2.imwrite(str(tmp_path / "0.png"), np.full((8, 6, 3), 20, np.uint8))
+    (tmp_path / "labels.csv").write_text("file,class\n0.png,Reference\n0.png,Reference\n0.png,Reference\n")
+    suite, films = existing_footage(tmp_path, load_suite("small"))
+    for each in ([films], []):
+        with pytest.raises(ConfigError, match="'set' holds no frames to judge"):
+            evaluate_suite(suite, built_in("published"), name="set", detector="x", cache=Path(), films=each)
 
 
 def test_recording_with_classes_alone_is_judged_and_says_its_sensor(tmp_path: Path):
