@@ -10,7 +10,7 @@ where a frame shows grid that the reference does not.
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, product
 
 import cv2
 import numpy as np
@@ -244,18 +244,16 @@ def measure_similarity(
     """Grid similarity S of the scored frames for every option and measure, each of shape (frames,).
 
     A frame is blurred and levelled once for each pair of kernels and binarised once for each option, whatever the
-    measures. S is None for an option under which the references of an episode show no grid.
+    measures and however often an option is given. S is None for an option under which the references of an episode show no grid.
     """
-    values: dict[tuple[GridOption, Similarity], list[float]] = {
-        (option, similarity): [] for option in options for similarity in similarities
-    }
+    values: dict[tuple[GridOption, Similarity], list[float]] = {each: [] for each in product(options, similarities)}
     empty: set[GridOption] = set()
     for episode in episodes:
         references = _checked_references(episode, base)
         frames = _scored_frames(episode, references[0].shape)
         for size, surround_px in sorted({option[2:] for option in options}):
             level = [levelled(blur(frame, size, base.grid_blur_sigma_px), surround_px) for frame in frames]
-            for option in options:
+            for option in dict.fromkeys(options):
                 if option[2:] != (size, surround_px) or option in empty:
                     continue
                 tau_b, polarity = option[:2]
@@ -266,7 +264,7 @@ def measure_similarity(
                     empty.add(option)
                     continue
                 areas = [mask_areas(image, grid) for image in level]
-                for similarity in similarities:
+                for similarity in dict.fromkeys(similarities):
                     values[option, similarity] += [grid_similarity(each, similarity) for each in areas]
     return {key: None if key[0] in empty else np.array(each) for key, each in values.items()}
 
