@@ -48,7 +48,7 @@ def source_kind(source: str | Path) -> SourceKind:
     path = expanded(source)
     if is_folder(path):
         return "folder"
-    if not is_file(path) and str(source).isascii() and str(source).isdecimal():
+    if not is_file(path) and _CAMERA.fullmatch(str(source)):
         return "camera"
     expected = f"an image ({', '.join(IMAGE_SUFFIXES)}), a folder of images"
     expected += f", a video ({', '.join(VIDEO_SUFFIXES)}) or a camera's index"
@@ -118,6 +118,8 @@ HIDDEN = "."
 """How the names of files begin that are hidden, such as those in which macOS keeps what other disks cannot (`._`, RFC
 1740), and what programs have not finished."""
 _NUMBERS = re.compile(r"(\d+)")
+_CAMERA = re.compile("[0-9]{1,9}")
+"""Index of a camera, which OpenCV takes in 32 bit."""
 _DECIMAL = re.compile(r"\d[.,]\d")
 
 
