@@ -10,7 +10,7 @@ import math
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from hashlib import sha256
-from itertools import chain, islice
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -125,10 +125,7 @@ def judge_footage(footage: Footage, make: MakeDetector, *, who: str) -> JudgedEp
     frames = footage.images.frames()
     if not isinstance(footage.images, ExposedTake):  # frames that exist, which may be anybody's
         _ask_references(references, make, take, who=who)
-        first = list(islice(frames, 1))
-        for each in first:
-            warn_of_turned(references, each, take)
-        frames = chain(first, frames)
+        frames = not_turned(frames, references, take)
     passing = SeenFrames(references)
     said, spent = answers_to(passing.passed(frames), references, make, take, who=who)
     return JudgedEpisode(
@@ -150,10 +147,17 @@ def _ask_references(references: Sequence[Frame], make: MakeDetector, take: str, 
         _LOG.warning("%s: %s", take, odd)
 
 
-def warn_of_turned(references: Sequence[Frame], frame: Frame, take: str) -> None:
-    """Warns where a frame is turned against the references of its own recording, all of shape (rows, columns, 3)."""
-    if frame.shape == references[0].shape and (turned := turned_against(np.mean(references, 0), [frame])):
-        _LOG.warning("%s: %s", take, turned)
+def not_turned(frames: Iterable[Frame], references: Sequence[Frame], take: str) -> Iterator[Frame]:
+    """The frames, with a warning where the first one is turned against the references of its own recording.
+
+    All have shape (rows, columns, 3).
+    """
+    for number, frame in enumerate(frames):
+        if number == 0 and frame.shape == references[0].shape:
+            turned = turned_against(np.mean(references, 0), [frame])
+            if turned:
+                _LOG.warning("%s: %s", take, turned)
+        yield frame
 
 
 def features_of(said: Sequence[Detection]) -> dict[str, Array]:

@@ -75,9 +75,9 @@ class ProfileDetector:
         if self._references is None:
             raise ConfigError("step before fit: a detector needs its references first")
         verdict = detect(frame, self._references, self.profile)
-        self._references = followed(self._references, verdict, self.profile)
         if self.is_coated:
             verdict = behind_coat(verdict)
+        self._references = followed(self._references, verdict, self.profile)
         return Detection(
             proximity=verdict.proximity,
             contact=verdict.combined,
