@@ -244,7 +244,8 @@ def measure_similarity(
     """Grid similarity S of the scored frames for every option and measure, each of shape (frames,).
 
     A frame is blurred and levelled once for each pair of kernels and binarised once for each option, whatever the
-    measures and however often an option is given. S is None for an option under which the references of an episode show no grid.
+    measures and however often an option is given. S is None for an option under which the references of an episode show
+    no grid.
     """
     values: dict[tuple[GridOption, Similarity], list[float]] = {each: [] for each in product(options, similarities)}
     empty: set[GridOption] = set()

@@ -13,6 +13,7 @@ from hashlib import sha256
 from itertools import islice
 from typing import Any
 
+import cv2
 import numpy as np
 
 from magicsim.arrays import Array, Frame
@@ -63,11 +64,27 @@ def answers_to(
     return said, spent
 
 
+PARTS = 4
+"""Parts of a frame's side whose means are its look."""
+
+
+def look_of(frame: Frame) -> Array:
+    """Red, green and blue of the parts of a frame, PARTS x PARTS, and mean sizes of their steps along both axes.
+
+    A frame that is brighter here and darker there has another look, and so has one that is sharper or more noisy, also
+    where its mean level stays. Shape (3 PARTS PARTS + 3,) [grey levels].
+    """
+    levels = frame.astype(np.float32)
+    steps = sum(np.abs(np.diff(levels, axis=axis)).mean((0, 1)) for axis in (0, 1) if levels.shape[axis] > 1)
+    parts = cv2.resize(levels, (PARTS, PARTS), interpolation=cv2.INTER_AREA)
+    return np.concatenate([parts.ravel(), steps + np.zeros(3)]).astype(np.float64)
+
+
 class SeenFrames:
     """What becomes known of frames while they pass."""
 
     def __init__(self, references: Iterable[Frame]) -> None:
-        self._digest, self._levels = sha256(), list[float]()
+        self._digest, self._levels, self._looks = sha256(), list[float](), list[Array]()
         for each in references:
             self._add(each)
 
@@ -76,12 +93,14 @@ class SeenFrames:
         for each in frames:
             self._add(each)
             self._levels.append(float(each.mean()))
+            self._looks.append(look_of(each))
             yield each
 
     @property
     def seen(self) -> FramesSeen:
         """All that has passed so far."""
-        return FramesSeen(digest=self._digest.hexdigest()[:DIGITS], levels=tuple(self._levels))
+        look = tuple(np.mean(self._looks, axis=0).tolist()) if self._looks else ()
+        return FramesSeen(digest=self._digest.hexdigest()[:DIGITS], levels=tuple(self._levels), look=look)
 
     def _add(self, frame: Frame) -> None:
         self._digest.update(str(frame.shape).encode())

@@ -50,7 +50,8 @@ class BaselineEpisode:
     touch: tuple[float, ...]
     levels: tuple[float, ...]
     digest: str
-    """See `magicsim.judge.tally.FramesSeen`, and likewise `levels`."""
+    """See `magicsim.judge.tally.FramesSeen`, and likewise `levels` and `look`."""
+    look: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,7 +105,7 @@ def as_judged(known: BaselineEpisode, now: JudgedEpisode) -> Pair:
     """An episode as the baseline's detector judged it, and as the present one did, with scores alike rounded."""
     then = replace(
         now, proximity=known.proximity, contact=known.contact, approach=np.array(known.approach),
-        touch=np.array(known.touch), seen=FramesSeen(digest=known.digest, levels=known.levels),
+        touch=np.array(known.touch), seen=FramesSeen(digest=known.digest, levels=known.levels, look=known.look),
     )  # fmt: skip
     return then, replace(now, approach=_rounded(now.approach), touch=_rounded(now.touch))
 
@@ -127,6 +128,7 @@ def _packed(episode: JudgedEpisode) -> dict[str, Any]:
         "approach": " ".join(f"{each:.{DIGITS}g}" for each in episode.approach),
         "touch": " ".join(f"{each:.{DIGITS}g}" for each in episode.touch),
         "levels": " ".join(f"{each:.3f}" for each in episode.seen.levels),
+        "look": " ".join(f"{each:.3f}" for each in episode.seen.look),
         "digest": episode.seen.digest,
     }
 
@@ -142,8 +144,9 @@ def _unpacked(entry: dict[str, str]) -> BaselineEpisode:
         touch=tuple(map(float, entry["touch"].split())),
         levels=tuple(map(float, entry["levels"].split())),
         digest=entry["digest"],
+        look=tuple(map(float, entry.get("look", "").split())),
     )
-    if len({len(getattr(episode, each.name)) for each in fields(episode) if each.name != "digest"}) != 1:
+    if len({len(getattr(episode, each.name)) for each in fields(episode) if each.name not in {"digest", "look"}}) != 1:
         raise IndexError("lists of different length")
     return episode
 

@@ -46,9 +46,8 @@ def test_frame_that_rounding_alone_keeps_from_the_face_is_in_no_bin(curve, sign:
     episode = judged("a")
     episode.labels.gap_mm[13] = sign * 3e-17
     episode.labels.gap_mm[9] = np.nan
-    before, now = (
-        sum(point.frames for point in curve([each], false_alarm_rate=0.05, **OPTIONS)) for each in (judged("a"), episode)
-    )
+    points = [curve([each], false_alarm_rate=0.05, **OPTIONS) for each in (judged("a"), episode)]
+    before, now = (sum(point.frames for point in each) for each in points)
     assert now == before - 1
 
 
