@@ -52,14 +52,14 @@ def answers_to(
 
     `ConfigError` where it raises, an answer is missing or wrong, or it changes its references.
     """
-    before = SeenFrames(references).seen.digest
+    before = [each.copy() for each in references]
     detector = fitted(make, references, who=who)
     said, spent = [], []
     for number, frame in enumerate(frames):
         start = time.perf_counter()
         said.append(detection_of(detector, frame, who=who, which=f"frame {number} of {take}"))
         spent.append(time.perf_counter() - start)
-    if SeenFrames(references).seen.digest != before:
+    if not all(np.array_equal(*pair) for pair in zip(before, references, strict=True)):
         raise ConfigError(f"detector '{who}' changes its references in {take}; must leave their pixels as they are")
     return said, spent
 
@@ -85,8 +85,11 @@ class SeenFrames:
 
     def __init__(self, references: Iterable[Frame]) -> None:
         self._digest, self._levels, self._looks = sha256(), list[float](), list[Array]()
+        at_rest = []
         for each in references:
             self._add(each)
+            at_rest.append(look_of(each))
+        self._look_sd = float(np.std(at_rest, axis=0, ddof=1).max()) if len(at_rest) > 1 else 0.0
 
     def passed(self, frames: Iterable[Frame]) -> Iterator[Frame]:
         """The frames, each known once it has passed."""
@@ -100,7 +103,8 @@ class SeenFrames:
     def seen(self) -> FramesSeen:
         """All that has passed so far."""
         look = tuple(np.mean(self._looks, axis=0).tolist()) if self._looks else ()
-        return FramesSeen(digest=self._digest.hexdigest()[:DIGITS], levels=tuple(self._levels), look=look)
+        digest = self._digest.hexdigest()[:DIGITS]
+        return FramesSeen(digest=digest, levels=tuple(self._levels), look=look, look_sd=self._look_sd)
 
     def _add(self, frame: Frame) -> None:
         self._digest.update(str(frame.shape).encode())

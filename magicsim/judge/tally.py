@@ -29,8 +29,8 @@ noise."""
 LEVEL_NOISE = 0.05
 """Largest difference between means of a frame under other camera noise, or rounded by another processor [grey levels]:
 0.3 grey levels of noise leave 0.001 of them in a frame of 240 x 320 pixels, and 0.01 in one of 48 x 36."""
-LOOK_NOISE = 0.1
-"""Likewise between looks: noise leaves 0.01 of two dozen frames of 240 x 320 pixels, and 0.07 of such of 48 x 36."""
+LOOK_NOISE, LOOK_SD = 0.05, 8.0
+"""Likewise between looks, or so many standard deviations of their mean over as many references where these are more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,13 +90,17 @@ class FramesSeen:
     look: tuple[float, ...] = ()
     """Means over these frames: red, green and blue of their parts, and of the steps between neighbouring pixels, see
     `magicsim.evaluation.answers.look_of` [grey levels]; empty in older baselines, where levels alone tell."""
+    look_sd: float = 0.0
+    """Largest standard deviation of a look from one reference to the next [grey levels]; 0 where it is not known."""
 
     def is_alike(self, other: "FramesSeen") -> bool:
         """Whether both differ by camera noise and rounding at most; True where nobody looked at one of them."""
         if not self.digest or not other.digest or self.digest == other.digest:
             return True
         pairs = [(self.levels, other.levels, LEVEL_NOISE)]
-        pairs += [(self.look, other.look, LOOK_NOISE)] if self.look and other.look else []
+        if self.look and other.look:
+            spread = LOOK_SD * max(self.look_sd, other.look_sd) / math.sqrt(len(self.levels))
+            pairs.append((self.look, other.look, max(LOOK_NOISE, spread)))
         return all(
             len(one) == len(two) and bool(np.max(np.abs(np.subtract(one, two)), initial=0.0) <= noise)
             for one, two, noise in pairs

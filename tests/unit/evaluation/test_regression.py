@@ -260,19 +260,18 @@ def test_other_noise_and_other_rounding_are_the_same_frames(judge: Judge, baseli
     [
         lambda frame: frame[:, ::-1],
         lambda frame: frame[..., ::-1],
-        lambda frame: cv2.GaussianBlur(frame, (3, 3), 0),
+        lambda frame: np.clip(frame + 2.0 * (np.indices(frame.shape).sum(0) % 2) - 1, 0, 255).astype(np.uint8),
         lambda frame: np.roll(frame, 1, axis=0),
     ],
-    ids=["mirrored", "exchanged colours", "blurred", "moved by a pixel"],
+    ids=["mirrored", "exchanged colours", "grainier", "moved by a pixel"],
 )
 def test_frames_that_keep_their_levels_and_change_their_look_are_changed_frames(
-    tiny: tuple[SuiteConfig, Path], tmp_path: Path, change: Callable[[np.ndarray], np.ndarray]
+    tiny: tuple[SuiteConfig, Path], change: Callable[[np.ndarray], np.ndarray]
 ):
     film = film_case(list_cases(tiny[0])[0], *tiny)[0]
-    frames = [change(each) for each in film.images.frames()]
-    seen, others = SeenFrames([]), SeenFrames([])
-    for one, passing in ((seen, film.images.frames()), (others, frames)):
-        list(one.passed(passing))
+    seen, others = SeenFrames(film.images.references()), SeenFrames([])
+    list(seen.passed(film.images.frames()))
+    list(others.passed(map(change, film.images.frames())))
     assert others.seen.levels == pytest.approx(seen.seen.levels, abs=0.05)
     assert not seen.seen.is_alike(others.seen)
     assert seen.seen.is_alike(replace(others.seen, look=()))  # of an older baseline levels alone are known
