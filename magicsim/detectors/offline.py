@@ -112,8 +112,7 @@ def fuse_source(reference: str | Path, profile: DetectorProfile) -> tuple[Refere
     for odd in told_of_references(taken, said_of(taken, profile)):
         _LOG.warning("%s", odd)
     references = fuse(taken, profile)
-    verdicts = [detect(image, references, profile) for image in taken]
-    return references, features_at_rest(verdicts)
+    return references, features_at_rest([detect(image, references, profile) for image in taken])
 
 
 def told_of_references(untouched: Sequence[Frame], said: Sequence[tuple[str, str]]) -> Iterator[str]:

@@ -56,14 +56,9 @@ def once(remark: Remark) -> Remark:
 
 
 def read_image(path: str | Path, remark: Remark = unheard) -> Frame:
-    """Read an image file as RGB, shape (rows, columns, 3), turned as its metadata says.
+    """Read an image file as RGB, shape (rows, columns, 3), turned as its metadata says, which `remark` hears.
 
-    Args:
-        path: File with one picture.
-        remark: Hears that it was turned, or that its format loses detail.
-
-    Raises:
-        FrameError: The file is missing, cannot be decoded, holds several pictures, or not 8-bit colour.
+    `FrameError` where the file is missing, cannot be decoded, holds several pictures, or not 8-bit colour.
     """
     path = Path(path)
     content = _content(path)
@@ -115,13 +110,11 @@ def _may_hold_several(path: Path) -> bool:
 def _content(path: Path) -> bytes:
     try:
         length = path.stat().st_size
-        if length > MAX_BYTES:
-            raise FrameError(f"image '{path}' has {length / 1e6:.0f} MB; at most {MAX_BYTES / 1e6:.0f} MB are allowed")
-        return path.read_bytes()
-    except FrameError:
-        raise
+        if length <= MAX_BYTES:
+            return path.read_bytes()
     except (OSError, ValueError) as error:
         raise FrameError(f"image '{path}' cannot be read: {getattr(error, 'strerror', None) or error}") from error
+    raise FrameError(f"image '{path}' has {length / 1e6:.0f} MB; at most {MAX_BYTES / 1e6:.0f} MB are allowed")
 
 
 def _pixels(path: Path, content: bytes) -> AnyPixels | None:

@@ -5,7 +5,7 @@ The one reader of frames: detectors, recordings and their references see a file 
 
 import logging
 import re
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
@@ -89,7 +89,12 @@ def _read(shots: Shots) -> Frames:
 
 def open_source(source: str | Path, remark: Remark | None = None) -> Shots:
     """The frames of `read_source`, each decoded when it is asked for; raises the same."""
-    return _OPENERS[source_kind(source)](expanded(source), once(remark or _LOG.warning))
+    kind, path, told = source_kind(source), expanded(source), once(remark or _LOG.warning)
+    if kind == "video":
+        return open_video(path, told)
+    if kind == "camera":
+        return _open_camera(int(str(path)))
+    return _open_files(image_files(path, told) if kind == "folder" else [path], told)
 
 
 def _open_files(files: Iterable[Path], remark: Remark) -> Shots:
@@ -103,15 +108,6 @@ def _open_camera(index: int) -> Shots:
     with closing(read_camera(index)) as images:
         for number, image in enumerate(images):
             yield Shot(name=f"camera {index}#{number}", read=partial(np.asarray, image))
-
-
-_OPENERS: dict[SourceKind, Callable[[Path, Remark], Shots]] = {
-    "image": lambda path, remark: _open_files([path], remark),
-    "folder": lambda path, remark: _open_files(image_files(path, remark), remark),
-    "video": open_video,
-    "camera": lambda path, _: _open_camera(int(str(path))),
-}
-"""The reader of each kind; a new kind of source is one entry here and one line in `source_kind`."""
 
 
 HIDDEN = "."

@@ -25,10 +25,9 @@ from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.errors import ConfigError
 from magicsim.folder import result_file
 from magicsim.frame_class import FrameClass
-from magicsim.judge.regression import Change, compare
+from magicsim.judge.regression import Change, Pair, compare
 from magicsim.judge.tally import FIRST_PLACE, FramesSeen, JudgedEpisode
 
-Pair = tuple[JudgedEpisode, JudgedEpisode]
 FORMAT = 2
 DIGITS = 6
 """Significant digits of a score in the file."""
@@ -228,19 +227,16 @@ def set_beside(
     if not alike and (baseline.suite != suite or not other):
         share = "frames" if other else "episode"
         raise ConfigError(f"baseline of suite '{baseline.suite}' has no {share} in common with suite '{suite}'; {ANEW}")
-    standard = condition_of(episodes[0])
-    options: dict[str, Any] = {
-        "seed": seed,
-        "standard": standard,
-        "same_scale": Path(baseline.detector) == Path(detector),
-    }
-    changes, moved = (
-        compare(pairs, [condition_of(now) for _, now in pairs], **options) if pairs else []
-        for pairs in (alike, changed)
-    )
+    standard, same_scale = condition_of(episodes[0]), Path(baseline.detector) == Path(detector)
+
+    def compared(pairs: list[Pair]) -> list[Change]:
+        conditions = [condition_of(now) for _, now in pairs]
+        return compare(pairs, conditions, standard=standard, seed=seed, same_scale=same_scale) if pairs else []
+
     return Comparison(
-        baseline=baseline, alike=alike, changed=changed, relabelled=relabelled, changes=changes, moved=moved
-    )
+        baseline=baseline, alike=alike, changed=changed, relabelled=relabelled, changes=compared(alike),
+        moved=compared(changed),
+    )  # fmt: skip
 
 
 def condition_of(episode: JudgedEpisode) -> str:

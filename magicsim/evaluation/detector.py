@@ -88,7 +88,7 @@ class ProfileDetector:
 
 
 def built_in(profile: str | Path, *, is_coated: bool = False) -> MakeDetector:
-    """Makes built-in detectors with a profile, for a sensor with an opaque coat where it has one."""
+    """Makes built-in detectors with a profile, which behind an opaque coat are not asked what is near."""
     loaded = load_profile(profile)
     return lambda: ProfileDetector(loaded, is_coated=is_coated)
 
@@ -104,14 +104,6 @@ def detector_by(detector: str | MakeDetector) -> MakeDetector:
     if detector in preset_names("profile") or detector.endswith(".toml"):
         return built_in(detector)
     return find_detector(detector)
-
-
-def named_detector(name: str | None, *, profile: str, is_coated: bool = False) -> MakeDetector:
-    """A plug-in by its name as `find_detector` takes it, or without one the built-in detectors with a profile.
-
-    Behind an opaque coat a built-in detector is not asked what is near.
-    """
-    return built_in(profile, is_coated=is_coated) if name is None else find_detector(name)
 
 
 def find_detector(name: str) -> MakeDetector:

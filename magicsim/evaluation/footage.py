@@ -169,9 +169,7 @@ def quick_suite(suite: SuiteConfig) -> tuple[SuiteConfig, list[str]]:
         if block.lights[0] == suite.episodes[0].lights[0]
     ]
     rest = min(suite.rest_s, REST_S)
-    quick = suite.model_copy(
-        update={"episodes": tuple(blocks), "noises": suite.noises[:1], "rest_s": rest, "recordings": suite.recordings}
-    )
+    quick = suite.model_copy(update={"episodes": tuple(blocks), "noises": suite.noises[:1], "rest_s": rest})
     kept = {case.name for case in list_cases(quick)}
     gone = [case.name for case in list_cases(suite) if case.name not in kept]
     left_out = [f"take {name}" for name in gone]

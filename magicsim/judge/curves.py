@@ -166,15 +166,14 @@ def _curve(
     draws = np.random.default_rng(seed).integers(0, len(episodes), (resamples, len(episodes)))
     spread = np.array([rates(drawn) for drawn in draws]) if len(episodes) >= LEAST_EPISODES else None
     points = []
-    for index in range(count):
-        frames = int(whole[:, index].sum()) if whole.size else 0
-        if frames and np.isfinite(found[index]):
-            known = spread is not None and np.isfinite(spread[:, index]).any()
-            low, high = ends(spread[:, index]) if spread is not None and known else (None, None)
-            points.append(
-                CurvePoint(
-                    above_mm=edges[index], to_mm=edges[index + 1], frames=frames, rate=float(found[index]), low=low,
-                    high=high,
-                )
-            )  # fmt: skip
+    for index in np.flatnonzero(np.isfinite(found)).tolist():
+        low = high = None
+        if spread is not None and np.isfinite(spread[:, index]).any():
+            low, high = ends(spread[:, index])
+        points.append(
+            CurvePoint(
+                above_mm=edges[index], to_mm=edges[index + 1], frames=int(whole[:, index].sum()),
+                rate=float(found[index]), low=low, high=high,
+            )
+        )  # fmt: skip
     return points

@@ -141,11 +141,8 @@ def smallest_falls(statistics: Array, exchanged: Array) -> Array:
     unexchanged one's d up to d_s = T_0 - (T_0 - T_s) / 2s. So d has p = (exchanges with d_s >= d) / (all of them): the
     test is inverted, and T_0 less the result is its lower confidence limit (Garthwaite 1996, Biometrics 52:1387). This
     is exact for means of takes and linear in the exchanges for ratios. Corrected for all measures in one step: an
-    exchange counts also where another measure has a p at most as small.
-
-    Args:
-        statistics: Falls, shape (exchanges, measures); the first row exchanges none.
-        exchanged: Share of the episodes of each measure that is exchanged, in 0..1, of the same shape.
+    exchange counts also where another measure has a p at most as small. `statistics` are falls, shape (exchanges,
+    measures), of which the first row exchanges none, `exchanged` the shares of episodes that are exchanged, in 0..1.
     """
     p, count = p_values(statistics), len(statistics)
     result = np.full(statistics.shape[1], np.inf)

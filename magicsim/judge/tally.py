@@ -204,17 +204,14 @@ class Tally:
 def tally(episodes: Sequence[JudgedEpisode]) -> Tally:
     """Counts, values and pairings of judged episodes."""
     count: dict[str, Array] = {}
+    said = {verdict: [np.array(one.proximity) == verdict for one in episodes] for verdict in Proximity}
+    touched = [np.array(one.contact) == Contact.TOUCHED for one in episodes]
+    alarmed = [one | other for one, other in zip(said[Proximity.APPROACHING], touched, strict=True)]
     for each in FrameClass:
         held = [np.array([one is each for one in episode.labels.classes]) for episode in episodes]
         count[each] = np.array([mask.sum() for mask in held], np.float64)
-        for verdict in Proximity:
-            said = [np.array(episode.proximity) == verdict for episode in episodes]
-            count[f"{each} said {verdict}"] = _both(held, said)
-        touched = [np.array(episode.contact) == Contact.TOUCHED for episode in episodes]
-        count[f"{each} said {Contact.TOUCHED}"] = _both(held, touched)
-        if each in PROXIMITY_TRUTH:
-            near = [np.array(episode.proximity) == Proximity.APPROACHING for episode in episodes]
-            count[f"{each} alarmed"] = _both(held, [one | other for one, other in zip(near, touched, strict=True)])
+        count |= {f"{each} said {verdict}": _both(held, masks) for verdict, masks in said.items()}
+        count |= {f"{each} said {Contact.TOUCHED}": _both(held, touched), f"{each} alarmed": _both(held, alarmed)}
         for score in SCORES:
             count[f"{each} {score}"] = np.array([class_scores(one, score, {each}).sum() for one in episodes])
     leads: list[Any] = [approach_lead(each) for each in episodes]
