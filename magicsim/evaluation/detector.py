@@ -97,12 +97,12 @@ ENTRY_POINTS = "magicsim.detectors"
 """Group of entry points whose names `--detector` accepts."""
 
 
-def detector_by(detector: str | MakeDetector) -> MakeDetector:
-    """The maker of a detector, from its class, the name of a profile, or a name as `find_detector` takes it."""
+def detector_by(detector: str | MakeDetector, *, is_coated: bool = False) -> MakeDetector:
+    """The maker of a detector, from its class, what `built_in` takes, or a name as `find_detector` takes it."""
     if not isinstance(detector, str):
         return lambda: _made(getattr(detector, "__name__", "given"), detector)
     if detector in preset_names("profile") or detector.endswith(".toml"):
-        return built_in(detector)
+        return built_in(detector, is_coated=is_coated)
     return find_detector(detector)
 
 

@@ -140,7 +140,8 @@ def evaluate(
         MagicsimError: No such detector, it fails, or an episode cannot be simulated or read.
     """
     name = detector if isinstance(detector, str) else getattr(detector, "__name__", type(detector).__name__)
-    return evaluate_suite(suite, detector_by(detector), name="suite", detector=name, cache=cache, told=told)
+    make = detector_by(detector, is_coated=suite.design.is_opaque)
+    return evaluate_suite(suite, make, name="suite", detector=name, cache=cache, told=told)
 
 
 def evaluate_suite(

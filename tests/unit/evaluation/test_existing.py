@@ -14,7 +14,7 @@ from dataset.fakes import MIXED, small_recipe
 from magicsim.dataset.generate import generate_dataset
 from magicsim.errors import ConfigError
 from magicsim.evaluation.detector import built_in
-from magicsim.evaluation.evaluate import evaluate_suite
+from magicsim.evaluation.evaluate import evaluate, evaluate_suite
 from magicsim.evaluation.existing import StoredImages, existing_footage, read_existing
 from magicsim.evaluation.footage import read_recordings
 from magicsim.evaluation.page import describe
@@ -121,6 +121,8 @@ def test_recording_with_classes_alone_is_judged_and_says_its_sensor(tmp_path: Pa
 def test_real_frames_that_are_shipped_are_a_suite_of_their_own_sensor():
     suite = load_suite(Path(__file__).resolve().parents[3] / "docs/real-frames/suite.toml")
     found = evaluate_suite(suite, built_in("calibrated", is_coated=True), name="9dtact", detector="x", cache=Path())
+    by_name = evaluate(suite, "calibrated", cache=Path())
+    assert np.array_equal(by_name.episodes[0].touch, found.episodes[0].touch)
     assert found.as_dict()["sensors"] == {"9dtact-ball": "9DTact, unit 1"}
     assert found.not_judged.startswith("proximity: design.coat is opaque")
     assert found.confusion["contact"]["Contact"].keys() == {"Touched", "Untouched", "Unknown"}
