@@ -237,11 +237,11 @@ def rows(verdicts: Iterable[Verdict], profile: DetectorProfile, *, grasp: bool =
     """The verdicts' fields; with `grasp` also `stage` after the frame and `slip`, whether it showed one."""
     state = GraspState()
     for verdict in verdicts:
-        if not grasp:
-            yield verdict.as_dict()
-            continue
-        state = step_grasp(state, verdict, profile)
-        yield {**verdict.as_dict(), "stage": str(state.stage), "slip": state.stage is GraspStage.SLIPPED}
+        row = verdict.as_dict()
+        if grasp:
+            state = step_grasp(state, verdict, profile)
+            row |= {"stage": str(state.stage), "slip": state.stage is GraspStage.SLIPPED}
+        yield row
 
 
 def json_text(judged: Sequence[Row], not_judged: str | None = None) -> str:

@@ -54,11 +54,6 @@ class PathFrame(Keyframe):
         if self.gap_mm is not None and self.press is not None:
             yield f"frame {self.frame} gives both gap_mm and press: must be one of them"
 
-    @property
-    def has_object(self) -> bool:
-        """Whether the object is there."""
-        return self.gap_mm is not None or self.press is not None
-
 
 class SuitePath(Config):
     """How an object moves, the same for every object."""

@@ -103,7 +103,7 @@ def _jitter(suite: SuiteConfig, name: str, seed: int) -> tuple[float, float, flo
 
 def _keyframe(each: PathFrame, body: SuiteObject, shift: tuple[float, float, float]) -> dict[str, Any]:
     light = {"flashlight": each.flashlight, "light_x_mm": each.light_x_mm}
-    if not each.has_object:
+    if each.gap_mm is None and each.press is None:
         return {"frame": each.frame, **light}
     gap = each.gap_mm if each.gap_mm is not None else -(each.press or 0.0) * body.press_mm
     x, y, twist = body.x_mm + shift[0] + each.x_mm, body.y_mm + shift[1] + each.y_mm, shift[2] + each.twist_deg

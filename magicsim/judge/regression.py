@@ -32,7 +32,7 @@ from magicsim.frame_class import FrameClass
 from magicsim.judge.changed_frames import FrameRun, changed_runs, score_runs
 from magicsim.judge.measures import COMPUTE, SCORE_MEANS, TABLE, UNTOUCHED, MeasureEstimate, measure
 from magicsim.judge.score import PROXIMITY_TRUTH
-from magicsim.judge.tally import JudgedEpisode, Tally, score_pairs, tally
+from magicsim.judge.tally import SCORES, JudgedEpisode, Tally, score_pairs, tally
 
 CHANCE = {"proximity_balanced_accuracy": 1 / len(PROXIMITY_TRUTH), "contact_balanced_accuracy": 1 / 2}
 """Balanced accuracies of a detector whose verdicts do not depend on the frame."""
@@ -284,12 +284,8 @@ def _both(pairs: Sequence[Pair]) -> Tally:
 
 def _ranked(episodes: Sequence[JudgedEpisode]) -> list[JudgedEpisode]:
     ends = np.cumsum([len(each.approach) for each in episodes])[:-1]
-    ranks = {
-        name: np.split(rankdata(np.concatenate([getattr(each, name) for each in episodes])), ends)
-        for name in ("approach", "touch")
-    }
-    pairs = zip(ranks["approach"], ranks["touch"], strict=True)
-    return [replace(each, approach=near, touch=touch) for each, (near, touch) in zip(episodes, pairs, strict=True)]
+    ranks = [np.split(rankdata(np.concatenate([getattr(each, name) for each in episodes])), ends) for name in SCORES]
+    return [replace(each, approach=near, touch=touch) for each, near, touch in zip(episodes, *ranks, strict=True)]
 
 
 def _values(table: Tally, name: str, from_now: Mask) -> Array:
