@@ -135,7 +135,7 @@ def trade_off(
 
 def threshold_at(negatives: Array, false_alarm_rate: float) -> float:
     """Smallest score above which at most a given share of the negatives lies."""
-    return float(np.quantile(negatives, 1 - false_alarm_rate, method="higher"))
+    return float(np.quantile(negatives, 1 - false_alarm_rate, method="inverted_cdf"))
 
 
 def _curve(
