@@ -88,8 +88,9 @@ class SeenFrames:
         at_rest = []
         for each in references:
             self._add(each)
-            at_rest.append(look_of(each))
-        self._look_sd = float(np.std(at_rest, axis=0, ddof=1).max()) if len(at_rest) > 1 else 0.0
+            at_rest.append((float(each.mean()), look_of(each)))
+        levels, looks = zip(*at_rest, strict=True) if len(at_rest) > 1 else ([0, 0], [0, 0])
+        self._spreads = [float(np.std(values, axis=0, ddof=1).max()) for values in (levels, looks)]
 
     def passed(self, frames: Iterable[Frame]) -> Iterator[Frame]:
         """The frames, each known once it has passed."""
@@ -103,8 +104,8 @@ class SeenFrames:
     def seen(self) -> FramesSeen:
         """All that has passed so far."""
         look = tuple(np.mean(self._looks, axis=0).tolist()) if self._looks else ()
-        digest = self._digest.hexdigest()[:DIGITS]
-        return FramesSeen(digest=digest, levels=tuple(self._levels), look=look, look_sd=self._look_sd)
+        digest, (level_sd, look_sd) = self._digest.hexdigest()[:DIGITS], self._spreads
+        return FramesSeen(digest=digest, levels=tuple(self._levels), look=look, level_sd=level_sd, look_sd=look_sd)
 
     def _add(self, frame: Frame) -> None:
         self._digest.update(str(frame.shape).encode())

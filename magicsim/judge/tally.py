@@ -28,9 +28,10 @@ SIMULATED, RECORDED = "simulated", "recorded"
 noise."""
 LEVEL_NOISE = 0.05
 """Largest difference between means of a frame under other camera noise, or rounded by another processor [grey levels]:
-0.3 grey levels of noise leave 0.001 of them in a frame of 240 x 320 pixels, and 0.01 in one of 48 x 36."""
-LOOK_NOISE, LOOK_SD = 0.05, 8.0
-"""Likewise between looks, or so many standard deviations of their mean over as many references where these are more."""
+0.3 grey levels of noise leave 0.001 of them in a frame of 240 x 320 pixels, and 0.01 in one of 48 x 36. Likewise
+between looks."""
+NOISE_SD = 8.0
+"""Standard deviations of the camera's own noise by which levels and looks may differ where that is more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,20 +91,20 @@ class FramesSeen:
     look: tuple[float, ...] = ()
     """Means over these frames: red, green and blue of their parts, and of the steps between neighbouring pixels, see
     `magicsim.evaluation.answers.look_of` [grey levels]; empty in older baselines, where levels alone tell."""
+    level_sd: float = 0.0
     look_sd: float = 0.0
-    """Largest standard deviation of a look from one reference to the next [grey levels]; 0 where it is not known."""
+    """Standard deviations of a level, and the largest of a look, of references [grey levels]; 0 where unknown."""
 
     def is_alike(self, other: "FramesSeen") -> bool:
         """Whether both differ by camera noise and rounding at most; True where nobody looked at one of them."""
         if not self.digest or not other.digest or self.digest == other.digest:
             return True
-        pairs = [(self.levels, other.levels, LEVEL_NOISE)]
+        pairs = [(self.levels, other.levels, max(self.level_sd, other.level_sd))]
         if self.look and other.look:
-            spread = LOOK_SD * max(self.look_sd, other.look_sd) / math.sqrt(len(self.levels))
-            pairs.append((self.look, other.look, max(LOOK_NOISE, spread)))
+            pairs.append((self.look, other.look, max(self.look_sd, other.look_sd) / math.sqrt(len(self.levels))))
         return all(
-            len(one) == len(two) and bool(np.max(np.abs(np.subtract(one, two)), initial=0.0) <= noise)
-            for one, two, noise in pairs
+            len(one) == len(two) and np.allclose(one, two, rtol=0, atol=max(LEVEL_NOISE, NOISE_SD * spread))
+            for one, two, spread in pairs
         )
 
 
