@@ -16,13 +16,12 @@ from magicsim.detectors.frame import Frame, check_frame
 from magicsim.detectors.grasp import GraspStage, GraspState, step_grasp
 from magicsim.detectors.orientation import turned_against
 from magicsim.detectors.profile import DetectorProfile, load_profile
-from magicsim.detectors.rest import References, fuse, with_touches
+from magicsim.detectors.rest import fuse, with_touches
 from magicsim.detectors.source import SourceFrame, read_source, source_kind
 from magicsim.detectors.verdict import (
     NUMBERS,
     WORDS,
     Contact,
-    FeatureAtRest,
     Proximity,
     Verdict,
     features_at_rest,
@@ -90,10 +89,15 @@ def stream_sources(
         raise ConfigError(f"frames = {frames} is not allowed; must be a whole number of at least 1")
     chosen = profile if isinstance(profile, DetectorProfile) else load_profile(profile)
     with closing(read_source(source)) as judged:
-        references, resting = fuse_source(reference, chosen)
-        if touches is not None:
+        with closing(_reference_images(reference)) as images:
+            untouched = list(islice(images, chosen.reference_count))
+        for odd in told_of_references(untouched, said_of(untouched, chosen)):
+            _LOG.warning("%s", odd)
+        references = fuse(untouched, chosen)
+        if touches is not None:  # which change the units of S
             with closing(_reference_images(touches)) as images:
                 references = with_touches(references, list(islice(images, MOST_TOUCHES)), chosen)
+        resting = features_at_rest([detect(each, references, chosen) for each in untouched])
         for number, each in enumerate(islice(judged, frames)):
             with _naming(each):
                 verdict = detect(each.image, references, chosen, source=each.name)
@@ -103,16 +107,6 @@ def stream_sources(
             yield marked(verdict, resting)
     if references.grid.frames < chosen.reference_count:
         _LOG.warning("%d reference frames instead of %d", references.grid.frames, chosen.reference_count)
-
-
-def fuse_source(reference: str | Path, profile: DetectorProfile) -> tuple[References, dict[str, FeatureAtRest]]:
-    """References from the first frames of a source of the untouched sensor, and what E, C and S are on these."""
-    with closing(_reference_images(reference)) as images:
-        taken = list(islice(images, profile.reference_count))
-    for odd in told_of_references(taken, said_of(taken, profile)):
-        _LOG.warning("%s", odd)
-    references = fuse(taken, profile)
-    return references, features_at_rest([detect(image, references, profile) for image in taken])
 
 
 def told_of_references(untouched: Sequence[Frame], said: Sequence[tuple[str, str]]) -> Iterator[str]:
