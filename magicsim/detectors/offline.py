@@ -50,7 +50,7 @@ def detect_sources(
     touches: str | Path | None = None,
     told: Told = on_stderr,
 ) -> list[Verdict]:
-    """Judge every frame of a source.
+    """Judge every frame of a source: one verdict for each, with the frame's name.
 
     Logs a warning when there were fewer reference frames than asked for, or some that do not look untouched.
 
@@ -61,9 +61,6 @@ def detect_sources(
         frames: Most frames to judge; needed for a camera, which never ends.
         touches: The sensor's own first one to three touches, for a profile with `units = "rest"`.
         told: Hears what takes longer than two seconds.
-
-    Returns:
-        One verdict for each frame, with the frame's name.
 
     Raises:
         ConfigError: A source does not exist or holds no image, a camera without `frames`, or the profile is not valid.

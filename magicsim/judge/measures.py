@@ -118,11 +118,10 @@ def _score(score: str, classes: tuple[str, ...]) -> Compute:
 
 
 def _mean(name: str) -> Compute:
-    def compute(table: Tally, weights: Array) -> Array:
-        known = ~np.isnan(table.value[name])
-        return _ratio(np.where(known, table.value[name], 0.0), known.astype(np.float64), weights)
-
-    return compute
+    """Mean over the episodes that have such a value."""
+    return lambda table, weights: _ratio(
+        np.nan_to_num(table.value[name]), np.isfinite(table.value[name]).astype(np.float64), weights
+    )
 
 
 COMPUTE: Mapping[str, Compute] = {
