@@ -108,8 +108,7 @@ def evaluate(
     config, films, left_out = _chosen(config, on=on, quick=quick, is_shipped=is_shipped)
     if films is None:
         _foretell(config, cache)
-    if detector is None:
-        make = built_in(profile, is_coated=config.design.is_opaque)
+    make = built_in(profile, is_coated=config.design.is_opaque) if detector is None else make
     with show_progress(f"evaluate {name}") as progress:
         found = evaluate_suite(
             config, make, name=name, detector=detector or profile, cache=cache, baseline=known, progress=progress,

@@ -32,7 +32,6 @@ IMAGE_SUFFIXES = (".bmp", ".jpeg", ".jpg", ".png", ".ppm", ".tif", ".tiff", ".we
 """File name endings that are read as images, in any case."""
 MAX_BYTES = 8 * MAX_PIXELS
 """Largest image file: so many pixels of four channels of 16 bit."""
-_LENGTH, _NAME, _SUM = 4, 4, 4
 AnyPixels = npt.NDArray[Any]
 """Pixels of any type as OpenCV has them: shape (rows, columns), or with channels behind."""
 _FLAGS = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH
@@ -218,13 +217,12 @@ def is_damaged_png(content: bytes) -> bool:
     if not content.startswith(SIGNATURE):
         return False
     at = len(SIGNATURE)
-    while at + _LENGTH + _NAME + _SUM <= len(content):
-        name_at = at + _LENGTH
-        sum_at = name_at + _NAME + int.from_bytes(content[at:name_at])
-        body = content[name_at:sum_at]
-        if zlib.crc32(body) != int.from_bytes(content[sum_at : sum_at + _SUM]):
+    while at + 12 <= len(content):  # length, name and checksum have four bytes each
+        end = at + 8 + int.from_bytes(content[at : at + 4])
+        body = content[at + 4 : end]
+        if zlib.crc32(body) != int.from_bytes(content[end : end + 4]):
             return True
         if body.startswith(b"IEND"):
             return False
-        at = sum_at + _SUM
+        at = end + 4
     return True

@@ -220,9 +220,6 @@ def save_profile(profile: DetectorProfile, path: str | Path, *, comment: str) ->
         raise OutputError(f"profile file '{target}' cannot be written: {error.strerror}") from error
 
 
-_JSON_TYPES: dict[type, str] = {int: "integer", float: "number", str: "string"}
-
-
 def profile_schema() -> dict[str, object]:
     """The JSON Schema (draft 2020-12) of a detector profile."""
     properties = {each.name: _property(each) for each in dataclasses.fields(DetectorProfile)}
@@ -238,8 +235,9 @@ def profile_schema() -> dict[str, object]:
 
 def _property(each: "dataclasses.Field[object]") -> dict[str, object]:
     limits: OptionLimits = each.metadata["limits"]
+    kinds: dict[type, str] = {int: "integer", float: "number", str: "string"}
     entry: dict[str, object] = {
-        "type": _JSON_TYPES[type(each.default)], "description": limits.about, "default": each.default,
+        "type": kinds[type(each.default)], "description": limits.about, "default": each.default,
     }  # fmt: skip
     if limits.choices:
         return entry | {"enum": list(limits.choices)}

@@ -10,7 +10,7 @@ import json
 import os
 import platform
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -45,12 +45,9 @@ class BaselineEpisode:
     classes: str
     proximity: tuple[str, ...]
     contact: tuple[str, ...]
-    approach: tuple[float, ...]
-    touch: tuple[float, ...]
-    levels: tuple[float, ...]
-    digest: str
-    """See `magicsim.judge.tally.FramesSeen`, and likewise `levels` and `look`."""
-    look: tuple[float, ...] = ()
+    approach: Array
+    touch: Array
+    seen: FramesSeen
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,10 +99,8 @@ def load_baseline(path: Path) -> Baseline:
 
 def as_judged(known: BaselineEpisode, now: JudgedEpisode) -> Pair:
     """An episode as the baseline's detector judged it, and as the present one did, with scores alike rounded."""
-    then = replace(
-        now, proximity=known.proximity, contact=known.contact, approach=np.array(known.approach),
-        touch=np.array(known.touch), seen=FramesSeen(digest=known.digest, levels=known.levels, look=known.look),
-    )  # fmt: skip
+    said = {name: getattr(known, name) for name in ("proximity", "contact", "approach", "touch", "seen")}
+    then = replace(now, **said)
     return then, replace(now, approach=_rounded(now.approach), touch=_rounded(now.touch))
 
 
@@ -135,19 +130,16 @@ def _packed(episode: JudgedEpisode) -> dict[str, Any]:
 def _unpacked(entry: dict[str, str]) -> BaselineEpisode:
     words = {letter: str(word) for word, letter in PROXIMITY_LETTERS.items()}
     touches = {letter: str(word) for word, letter in CONTACT_LETTERS.items()}
-    episode = BaselineEpisode(
-        classes=entry["classes"],
-        proximity=tuple(words[letter] for letter in entry["proximity"]),
-        contact=tuple(touches[letter] for letter in entry["contact"]),
-        approach=tuple(map(float, entry["approach"].split())),
-        touch=tuple(map(float, entry["touch"].split())),
-        levels=tuple(map(float, entry["levels"].split())),
-        digest=entry["digest"],
-        look=tuple(map(float, entry.get("look", "").split())),
-    )
-    if len({len(getattr(episode, each.name)) for each in fields(episode) if each.name not in {"digest", "look"}}) != 1:
+    number = {name: [*map(float, entry.get(name, "").split())] for name in ("approach", "touch", "levels", "look")}
+    counts = {len(entry[name]) for name in ("classes", "proximity", "contact")}
+    if len(counts | {len(number[name]) for name in ("approach", "touch", "levels")}) != 1:
         raise IndexError("lists of different length")
-    return episode
+    return BaselineEpisode(
+        classes=entry["classes"], proximity=tuple(words[letter] for letter in entry["proximity"]),
+        contact=tuple(touches[letter] for letter in entry["contact"]), approach=np.array(number["approach"]),
+        touch=np.array(number["touch"]),
+        seen=FramesSeen(digest=entry["digest"], levels=tuple(number["levels"]), look=tuple(number["look"])),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

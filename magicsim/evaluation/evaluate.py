@@ -136,8 +136,7 @@ def evaluate(
         cache: Folder where simulated episodes are kept.
         told: Hears what takes longer than two seconds.
 
-    Raises:
-        MagicsimError: No such detector, it fails, or an episode cannot be simulated or read.
+    `MagicsimError` where there is no such detector, it fails, or an episode cannot be simulated or read.
     """
     name = detector if isinstance(detector, str) else getattr(detector, "__name__", type(detector).__name__)
     make = detector_by(detector, is_coated=suite.design.is_opaque)
@@ -156,11 +155,11 @@ def evaluate_suite(
     films: Iterable[list[Footage]] | None = None,
     told: Told = on_stderr,
 ) -> Evaluation:
-    """Judges a detector.
+    """Judges a detector, made anew for every episode.
 
     Args:
         suite: The episodes.
-        make: Makes the detector, anew for every episode.
+        make: Makes the detector.
         name: Of the suite, for results.
         detector: Its name, for results.
         cache: Folder of takes, where simulated episodes are kept.
@@ -169,8 +168,7 @@ def evaluate_suite(
         films: Footage of each take instead of all of the suite's.
         told: Hears what takes longer than two seconds; nothing where `progress` does.
 
-    Raises:
-        MagicsimError: An episode cannot be simulated or read, the detector fails, or the baseline does not fit.
+    `MagicsimError` where an episode cannot be simulated or read, the detector fails, or the baseline does not fit.
     """
     start, coated = time.perf_counter(), suite.design.is_opaque
     total = len(list_cases(suite)) + len(suite.recordings)
@@ -182,9 +180,9 @@ def evaluate_suite(
                 check_order(take[0], make, who=detector)
             footage += take
             judged = [judge_footage(film, make, who=detector) for film in take]
-            for each in judged:  # behind a coat a detector is not asked what is near: an alarm is a touch
-                nothing = (str(Proximity.NORMAL),) * len(each.proximity)
-                episodes.append(replace(each, proximity=nothing) if coated else each)
+            if coated:  # behind it a detector is not asked what is near: an alarm is a touch
+                judged = [replace(each, proximity=(str(Proximity.NORMAL),) * len(each.proximity)) for each in judged]
+            episodes += judged
             (progress or share)(done, max(done, total))
         if not any(each.proximity for each in episodes):
             raise ConfigError(f"'{name}' holds no frames to judge: must hold some beside those of the untouched sensor")

@@ -37,8 +37,6 @@ from magicsim.simulation.plan import plan_scene
 if TYPE_CHECKING:
     from magicsim.simulation.stream import RenderedState
 
-NO_OUTPUT = OutputSettings.nothing()
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
@@ -88,7 +86,7 @@ def _case(
         scene=SceneConfig(
             schema_version=1, design=design, rig=rig, seed=seed, references=suite.references,
             frames_per_second=suite.frames_per_second, object=parse_object(body.object),
-            contact=ContactSettings(friction=path.friction), render=suite.render, output=NO_OUTPUT,
+            contact=ContactSettings(friction=path.friction), render=suite.render, output=OutputSettings.nothing(),
             keyframes=tuple(Keyframe(**each) for each in _lit(keyframes, light)),
         ),
     )  # fmt: skip

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from magicsim.config.models import apply_overrides
 from magicsim.detectors.calibrate import Candidates, fit_profile
@@ -146,19 +145,16 @@ def separations(
         "light": (correlation, light, near | contact, profile.tau_c, profile.tau_c),
         "touch": (-similarity, contact & dark, ~contact & dark, touch_from, profile.tau_g),
     }
-    return {
-        name: _separation(scores[positive | negative], positive[positive | negative], cut, threshold)
-        for name, (scores, positive, negative, cut, threshold) in groups.items()
-        if positive.any() and negative.any()
-    }
-
-
-def _separation(
-    scores: npt.NDArray[np.float64], positive: npt.NDArray[np.bool_], cut: float, threshold: float
-) -> Separation:
-    curve, (hits, alarms) = roc_curve(scores, positive), rates_at(scores, positive, cut)
-    points = list(zip(curve.false_alarm_rate.tolist(), curve.hit_rate.tolist(), strict=True))
-    return Separation(area=curve.area, threshold=threshold, hit_rate=hits, false_alarm_rate=alarms, curve=points)
+    found = {}
+    for name, (values, positive, negative, cut, threshold) in groups.items():
+        if positive.any() and negative.any():
+            group = values[positive | negative], positive[positive | negative]
+            curve, (hits, alarms) = roc_curve(*group), rates_at(*group, cut)
+            points = list(zip(curve.false_alarm_rate.tolist(), curve.hit_rate.tolist(), strict=True))
+            found[name] = Separation(
+                area=curve.area, threshold=threshold, hit_rate=hits, false_alarm_rate=alarms, curve=points
+            )
+    return found
 
 
 def _search(base: DetectorProfile, settings: Sequence[str]) -> tuple[DetectorProfile, Candidates]:
