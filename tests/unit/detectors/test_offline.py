@@ -45,9 +45,13 @@ def test_spread_at_rest_is_told_in_the_units_that_touches_set(tmp_path, save, mo
         noisy = grid_frame() + random.normal(0, 4, grid_frame().shape)
         save(tmp_path / "rest" / f"{index:02}.png", np.clip(noisy, 0, 255).astype(np.uint8))
     save(tmp_path / "touch.png", grid_frame(shift=3))
-    spreads = []
-    monkeypatch.setattr("magicsim.detectors.offline.marked", lambda verdict, rest: spreads.append(rest) or verdict)
-    said = detect_sources(tmp_path / "rest", tmp_path / "rest", "rest-relative", touches=tmp_path / "touch.png")
-    spread = np.std([each.similarity for each in said], ddof=1)
-    assert spread > 0
-    assert spreads[0]["similarity"].sd == pytest.approx(spread, rel=0.1)
+    touches = []
+
+    def recorded(image, references, profile, **named):
+        touches.append(references.rest.touch)
+        return detect(image, references, profile, **named)
+
+    monkeypatch.setattr("magicsim.detectors.offline.detect", recorded)
+    detect_sources(tmp_path / "rest", tmp_path / "rest", "rest-relative", touches=tmp_path / "touch.png")
+    assert len(touches) == 60  # the references, for their spread, and the frames
+    assert None not in touches
