@@ -77,7 +77,7 @@ def evaluate(
     detector of your own is judged there in seconds.
     """
     from magicsim.evaluation import baseline as kept
-    from magicsim.evaluation.detector import named_detector
+    from magicsim.evaluation.detector import built_in, find_detector
     from magicsim.evaluation.suite import QUICK, SHIPPED, load_suite, refuse_settings_of_frames
     from magicsim.folder import check_file, check_target
 
@@ -89,7 +89,7 @@ def evaluate(
     is_shipped = quick and suite == SHIPPED
     refuse_settings_of_frames(settings or [], quick=is_shipped, existing=on is not None)
     config = load_suite(suite, settings or [], seed=seed)
-    make = named_detector(detector, profile=profile)
+    make = built_in(profile) if detector is None else find_detector(detector)
     make()  # what cannot be made is told before anything is rendered
     check_target(out)
     for target in (save_baseline, junit):
@@ -108,7 +108,7 @@ def evaluate(
     config, films, left_out = _chosen(config, on=on, quick=quick, is_shipped=is_shipped)
     if films is None:
         _foretell(config, cache)
-    make = named_detector(detector, profile=profile, is_coated=config.design.is_opaque)
+    make = built_in(profile, is_coated=config.design.is_opaque) if detector is None else make
     with show_progress(f"evaluate {name}") as progress:
         found = evaluate_suite(
             config, make, name=name, detector=detector or profile, cache=cache, baseline=known, progress=progress,

@@ -29,17 +29,13 @@ from magicsim.errors import ConfigError
 def detect(
     frame: npt.ArrayLike, references: References, profile: DetectorProfile, *, source: str | None = None
 ) -> Verdict:
-    """Judge one frame.
+    """Judge one frame: an RGB image, uint8, shape (rows, columns, 3), exposed as the references were.
 
-    Args:
-        frame: RGB image, uint8, shape (rows, columns, 3), same exposure as the references.
-        references: From `fuse` with the same profile; its thresholds tau_e, tau_c and tau_g may differ.
-        profile: Thresholds and options.
-        source: Where the frame came from, kept in the verdict.
+    References are from `fuse` with the same profile; its thresholds tau_e, tau_c and tau_g may differ. The verdict
+    keeps `source`, where the frame came from.
 
-    Raises:
-        FrameError: The frame is not an image of the references' size, or the references show no grid.
-        ConfigError: The references were fused with other options than the profile's.
+    `FrameError` where the frame is no image of the references' size, `ConfigError` where these were fused with other
+    options than the profile's.
     """
     _check_match(references, profile)
     rest = references.rest
@@ -78,7 +74,7 @@ def followed(references: References, verdict: Verdict, profile: DetectorProfile)
 def judge(
     *, entropy: float, correlation: float, similarity: float, profile: DetectorProfile, source: str | None = None
 ) -> Verdict:
-    """Verdicts and probabilities from the three features.
+    """Verdicts and probabilities from the three features: E [bit], C in -1..1 and S in 0..1.
 
     With L the logistic function, b = L((E - tau_e) / entropy_width) says that something brightens and
     a = L((C - tau_c) / correlation_width) that it does so alike: p_approach = b (1 - a), p_noise = b a, and
@@ -90,13 +86,6 @@ def judge(
     widths from `magicsim.detectors.thresholds.fit_widths` (as `magicsim fit profile` writes them) b, a and p_touch
     are calibrated: each is the share of positives among training frames at that distance, were both groups as frequent.
     With other widths, `published` among them, they rank frames and say no share.
-
-    Args:
-        entropy: E [bit].
-        correlation: C, -1..1.
-        similarity: S, 0..1.
-        profile: Thresholds and widths.
-        source: Where the frame came from.
     """
     brighter = logistic((entropy - profile.tau_e) / profile.entropy_width)
     alike = logistic((correlation - profile.tau_c) / profile.correlation_width)

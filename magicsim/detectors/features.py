@@ -8,9 +8,9 @@ where a frame shows grid that the reference does not.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, product
 
 import cv2
 import numpy as np
@@ -119,66 +119,41 @@ def decide_proximity(entropy: float, correlation: float, profile: DetectorProfil
     return Proximity.APPROACHING if correlation < profile.tau_c else Proximity.NOISE
 
 
-Areas = tuple[float, float, float]
-"""Area of red, green and blue [px]."""
+Overlap = tuple[float, float, float]
+"""Areas of one channel [px]: sum of b g, sum of b and sum of g, with a frame's mask b and a reference g."""
+_RATIOS: Mapping[Similarity, Callable[[float, float, float], float]] = {
+    "recall": lambda shared, _, wanted: shared / wanted,
+    "iou": lambda shared, shown, wanted: shared / (shown + wanted - shared),
+    "dice": lambda shared, shown, wanted: 2 * shared / (shown + wanted),
+}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GridAreas:
-    """How a frame's grid overlaps the reference grid.
+def grid_areas(frame: Frame, grid: GridReference) -> list[Overlap]:
+    """Overlap of a frame's grid with a reference of the same shape, (rows, columns, 3), for each channel.
 
     The frame's mask b is 0 or 1 and the reference g is the share of frames in 0..1. For such a pair the
     fuzzy-set intersection min(b, g) and the probabilistic one b g are the same, and so are the unions
     max(b, g) and b + g - b g, so that no choice between them is needed.
     """
-
-    intersection: Areas
-    """Sum of b g per channel [px]."""
-    frame: Areas
-    """Sum of b per channel [px]."""
-    reference: Areas
-    """Sum of g per channel [px]."""
-
-
-def grid_areas(frame: Frame, grid: GridReference) -> GridAreas:
-    """Measure the overlap of a frame, shape (rows, columns, 3), with a reference of the same shape."""
     return mask_areas(levelled(blur(frame, grid.blur_px, grid.blur_sigma_px), grid.surround_px), grid)
 
 
-def mask_areas(blurred: Frame, grid: GridReference) -> GridAreas:
-    """Areas of the grid in a frame that is blurred and levelled already."""
+def mask_areas(blurred: Frame, grid: GridReference) -> list[Overlap]:
+    """Overlaps of a frame that is blurred and levelled already."""
     mask = grid_mask(blurred, tau_b=grid.tau_b, polarity=grid.polarity)
-    shared = cv2.sumElems(cv2.bitwise_and(grid.counts, mask))
-    shown = cv2.sumElems(mask)
-    count, areas = grid.frames, grid.areas
-    return GridAreas(
-        intersection=(shared[0] / count, shared[1] / count, shared[2] / count),
-        frame=(shown[0] / FULL, shown[1] / FULL, shown[2] / FULL),
-        reference=(areas[0] / count, areas[1] / count, areas[2] / count),
-    )
+    shared, shown = cv2.sumElems(cv2.bitwise_and(grid.counts, mask)), cv2.sumElems(mask)
+    channels = zip(shared, shown, grid.areas, strict=False)  # OpenCV sums four channels
+    return [(both / grid.frames, one / FULL, other / grid.frames) for both, one, other in channels]
 
 
-def grid_similarity(areas: GridAreas, similarity: Similarity) -> float:
+def grid_similarity(areas: Sequence[Overlap], similarity: Similarity) -> float:
     """Mean similarity S, 0..1, over the channels whose reference shows the grid, of which there is at least one.
 
     With i the intersection, f the frame's area and r the reference's: `recall` = i / r (published),
     `iou` = i / (f + r - i), `dice` = 2 i / (f + r). 1 means the grid is undisturbed.
     """
-    values = [
-        _ratio(shared, shown, wanted, similarity)
-        for shared, shown, wanted in zip(areas.intersection, areas.frame, areas.reference, strict=True)
-        if wanted > 0
-    ]
+    values = [_RATIOS[similarity](*channel) for channel in areas if channel[-1] > 0]
     return sum(values) / len(values)
-
-
-def _ratio(shared: float, shown: float, wanted: float, similarity: Similarity) -> float:
-    """Similarity of one channel from its areas [px]; `wanted` is above 0."""
-    if similarity == "recall":
-        return shared / wanted
-    if similarity == "iou":
-        return shared / (shown + wanted - shared)
-    return 2 * shared / (shown + wanted)
 
 
 def decide_contact(similarity: float, profile: DetectorProfile) -> Contact:
@@ -221,15 +196,12 @@ def measure_brightening(
     """Entropy E [bit] and correlation C of the scored frames, each of shape (frames,).
 
     The base gives the numbers of references and of reference frames, and the options of entropy and correlation.
-
-    Raises:
-        FrameError: A frame is not an image of its episode's size, or an episode has too few references.
+    `FrameError` where a frame is not an image of its episode's size, or an episode has too few references.
     """
     found: list[tuple[float, float]] = []
     for episode in episodes:
-        references = _checked_references(episode, base)
+        references, frames = _checked(episode, base)
         background = fuse_background(references, count=base.background_count, blur_px=difference_blur_px)
-        frames = _scored_frames(episode, references[0].shape)
         found += [brightening(filter_channels(frame, background), base) for frame in frames]
     entropy, correlation = np.array(found, np.float64).reshape(-1, 2).T
     return entropy, correlation
@@ -244,18 +216,16 @@ def measure_similarity(
     """Grid similarity S of the scored frames for every option and measure, each of shape (frames,).
 
     A frame is blurred and levelled once for each pair of kernels and binarised once for each option, whatever the
-    measures. S is None for an option under which the references of an episode show no grid.
+    measures and however often an option is given. S is None for an option under which the references of an episode show
+    no grid.
     """
-    values: dict[tuple[GridOption, Similarity], list[float]] = {
-        (option, similarity): [] for option in options for similarity in similarities
-    }
+    values: dict[tuple[GridOption, Similarity], list[float]] = {each: [] for each in product(options, similarities)}
     empty: set[GridOption] = set()
     for episode in episodes:
-        references = _checked_references(episode, base)
-        frames = _scored_frames(episode, references[0].shape)
+        references, frames = _checked(episode, base)
         for size, surround_px in sorted({option[2:] for option in options}):
             level = [levelled(blur(frame, size, base.grid_blur_sigma_px), surround_px) for frame in frames]
-            for option in options:
+            for option in dict.fromkeys(options):
                 if option[2:] != (size, surround_px) or option in empty:
                     continue
                 tau_b, polarity = option[:2]
@@ -266,21 +236,17 @@ def measure_similarity(
                     empty.add(option)
                     continue
                 areas = [mask_areas(image, grid) for image in level]
-                for similarity in similarities:
+                for similarity in dict.fromkeys(similarities):
                     values[option, similarity] += [grid_similarity(each, similarity) for each in areas]
     return {key: None if key[0] in empty else np.array(each) for key, each in values.items()}
 
 
-def _checked_references(episode: Episode, base: DetectorProfile) -> list[Frame]:
-    """The reference frames that `fuse` would take."""
+def _checked(episode: Episode, base: DetectorProfile) -> tuple[list[Frame], list[Frame]]:
+    """The reference frames that `fuse` would take, and the frames that have a class."""
     taken = episode.references[: base.reference_count]
     if len(taken) < base.background_count:
         raise FrameError(f"episode has {len(taken)} reference frame(s); must be at least {base.background_count}")
-    first = check_frame(taken[0])
-    return [check_frame(frame, shape=first.shape) for frame in taken]
-
-
-def _scored_frames(episode: Episode, shape: tuple[int, ...]) -> list[Frame]:
-    """The frames that have a class, checked."""
-    pairs = zip(episode.frames, episode.classes, strict=True)
-    return [check_frame(frame, shape=shape) for frame, each in pairs if each is not None]
+    shape = check_frame(taken[0]).shape
+    scored = [frame for frame, each in zip(episode.frames, episode.classes, strict=True) if each is not None]
+    references, frames = ([check_frame(each, shape=shape) for each in images] for images in (taken, scored))
+    return references, frames

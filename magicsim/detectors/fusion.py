@@ -64,17 +64,12 @@ def levelled(blurred: Frame, surround_px: int) -> Frame:
     if surround_px == 0:
         return blurred
     values = blurred.astype(np.float32)
-    surroundings = _surroundings(values, surround_px)
-    return np.asarray(cv2.divide(values, surroundings, scale=PER_CENT, dtype=cv2.CV_8U), dtype=np.uint8)
-
-
-def _surroundings(values: npt.NDArray[np.float32], surround_px: int) -> npt.NDArray[np.float32]:
-    """Gaussian mean around each pixel, from means of blocks [grey levels]."""
     rows, columns = values.shape[:2]
     side = max(1, surround_px // 2)
     blocks = cv2.resize(values, (-(-columns // side), -(-rows // side)), interpolation=cv2.INTER_AREA)
     mean = cv2.GaussianBlur(blocks, (0, 0), surround_px / side, borderType=cv2.BORDER_REFLECT)
-    return np.asarray(cv2.resize(mean, (columns, rows), interpolation=cv2.INTER_LINEAR), dtype=np.float32)
+    surroundings = cv2.resize(mean, (columns, rows), interpolation=cv2.INTER_LINEAR)
+    return np.asarray(cv2.divide(values, surroundings, scale=PER_CENT, dtype=cv2.CV_8U), dtype=np.uint8)
 
 
 def grid_mask(blurred: Frame, *, tau_b: int, polarity: Polarity) -> npt.NDArray[np.uint8]:

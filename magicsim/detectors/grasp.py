@@ -38,15 +38,8 @@ def step_slip(state: SlipState, verdict: Verdict, profile: DetectorProfile) -> t
 
     With S_low the smallest S of the last `slip_window` frames, a slip is
     (S - S_low) / (1 - S_low) >= slip_share, or a touch that is lost: S >= tau_g + touch_hysteresis (1 - tau_g);
-    neither if E is `slip_entropy_rise` or more above that of the last frame.
-
-    Args:
-        state: `SlipState()` when the object is taken hold of, then from the step before.
-        verdict: Of the frame; its E, S and proximity count.
-        profile: slip_share, slip_window, slip_entropy_rise, tau_g and touch_hysteresis.
-
-    Returns:
-        The next state, and whether the object slipped.
+    neither if E is `slip_entropy_rise` or more above that of the last frame. The state is `SlipState()` when the object
+    is taken hold of, then that of the step before, which is returned first.
     """
     similarity, entropy = verdict.similarity, verdict.entropy
     if verdict.proximity is Proximity.NOISE:
@@ -56,7 +49,9 @@ def step_slip(state: SlipState, verdict: Verdict, profile: DetectorProfile) -> t
         return state, False
     if state.lit or state.after_noise:
         return SlipState(levels=(similarity,), entropy=entropy), False
-    relaxes = is_touch_lost(similarity, profile) or _rises(state.levels, similarity, profile)
+    low = min(state.levels, default=similarity)
+    rises = similarity > low and similarity - low >= profile.slip_share * (1.0 - low)
+    relaxes = is_touch_lost(similarity, profile) or rises
     if relaxes and brighter:
         return SlipState(entropy=state.entropy, lit=True), False
     levels = (*state.levels, similarity)[-profile.slip_window :]
@@ -66,11 +61,6 @@ def step_slip(state: SlipState, verdict: Verdict, profile: DetectorProfile) -> t
 def is_touch_lost(similarity: float, profile: DetectorProfile) -> bool:
     """Whether S is so far above tau_g that a touch counts as ended: the upper threshold of the hysteresis."""
     return similarity >= profile.tau_g + profile.touch_hysteresis * (1.0 - profile.tau_g)
-
-
-def _rises(levels: tuple[float, ...], similarity: float, profile: DetectorProfile) -> bool:
-    low = min(levels, default=similarity)
-    return similarity > low and similarity - low >= profile.slip_share * (1.0 - low)
 
 
 class GraspStage(StrEnum):
@@ -104,13 +94,9 @@ class GraspState:
 
 
 def step_grasp(state: GraspState, verdict: Verdict, profile: DetectorProfile, *, opening: bool = False) -> GraspState:
-    """The machine after one more frame; a pure function of what it is given.
+    """The machine after one more frame, from `GraspState()` at first; a pure function of what it is given.
 
-    Args:
-        state: `GraspState()` first, then from the step before.
-        verdict: Of the frame.
-        profile: Numbers of frames, hysteresis, slip, thresholds.
-        opening: Whether the gripper opens on purpose, so that losing the object is no slip.
+    `opening` says that the gripper opens on purpose, so that losing the object is no slip.
     """
     if opening and state.stage not in (GraspStage.WAITING, GraspStage.RETURNING):
         return GraspState(stage=GraspStage.RETURNING)

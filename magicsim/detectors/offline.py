@@ -16,13 +16,12 @@ from magicsim.detectors.frame import Frame, check_frame
 from magicsim.detectors.grasp import GraspStage, GraspState, step_grasp
 from magicsim.detectors.orientation import turned_against
 from magicsim.detectors.profile import DetectorProfile, load_profile
-from magicsim.detectors.rest import References, fuse, with_touches
+from magicsim.detectors.rest import fuse, with_touches
 from magicsim.detectors.source import SourceFrame, read_source, source_kind
 from magicsim.detectors.verdict import (
     NUMBERS,
     WORDS,
     Contact,
-    FeatureAtRest,
     Proximity,
     Verdict,
     features_at_rest,
@@ -51,7 +50,7 @@ def detect_sources(
     touches: str | Path | None = None,
     told: Told = on_stderr,
 ) -> list[Verdict]:
-    """Judge every frame of a source.
+    """Judge every frame of a source: one verdict for each, with the frame's name.
 
     Logs a warning when there were fewer reference frames than asked for, or some that do not look untouched.
 
@@ -62,9 +61,6 @@ def detect_sources(
         frames: Most frames to judge; needed for a camera, which never ends.
         touches: The sensor's own first one to three touches, for a profile with `units = "rest"`.
         told: Hears what takes longer than two seconds.
-
-    Returns:
-        One verdict for each frame, with the frame's name.
 
     Raises:
         ConfigError: A source does not exist or holds no image, a camera without `frames`, or the profile is not valid.
@@ -90,10 +86,15 @@ def stream_sources(
         raise ConfigError(f"frames = {frames} is not allowed; must be a whole number of at least 1")
     chosen = profile if isinstance(profile, DetectorProfile) else load_profile(profile)
     with closing(read_source(source)) as judged:
-        references, resting = fuse_source(reference, chosen)
-        if touches is not None:
+        with closing(_reference_images(reference)) as images:
+            untouched = list(islice(images, chosen.reference_count))
+        for odd in told_of_references(untouched, said_of(untouched, chosen)):
+            _LOG.warning("%s", odd)
+        references = fuse(untouched, chosen)
+        if touches is not None:  # which change the units of S
             with closing(_reference_images(touches)) as images:
                 references = with_touches(references, list(islice(images, MOST_TOUCHES)), chosen)
+        resting = features_at_rest([detect(each, references, chosen) for each in untouched])
         for number, each in enumerate(islice(judged, frames)):
             with _naming(each):
                 verdict = detect(each.image, references, chosen, source=each.name)
@@ -103,17 +104,6 @@ def stream_sources(
             yield marked(verdict, resting)
     if references.grid.frames < chosen.reference_count:
         _LOG.warning("%d reference frames instead of %d", references.grid.frames, chosen.reference_count)
-
-
-def fuse_source(reference: str | Path, profile: DetectorProfile) -> tuple[References, dict[str, FeatureAtRest]]:
-    """References from the first frames of a source of the untouched sensor, and what E, C and S are on these."""
-    with closing(_reference_images(reference)) as images:
-        taken = list(islice(images, profile.reference_count))
-    for odd in told_of_references(taken, said_of(taken, profile)):
-        _LOG.warning("%s", odd)
-    references = fuse(taken, profile)
-    verdicts = [detect(image, references, profile) for image in taken]
-    return references, features_at_rest(verdicts)
 
 
 def told_of_references(untouched: Sequence[Frame], said: Sequence[tuple[str, str]]) -> Iterator[str]:
@@ -238,11 +228,11 @@ def rows(verdicts: Iterable[Verdict], profile: DetectorProfile, *, grasp: bool =
     """The verdicts' fields; with `grasp` also `stage` after the frame and `slip`, whether it showed one."""
     state = GraspState()
     for verdict in verdicts:
-        if not grasp:
-            yield verdict.as_dict()
-            continue
-        state = step_grasp(state, verdict, profile)
-        yield {**verdict.as_dict(), "stage": str(state.stage), "slip": state.stage is GraspStage.SLIPPED}
+        row = verdict.as_dict()
+        if grasp:
+            state = step_grasp(state, verdict, profile)
+            row |= {"stage": str(state.stage), "slip": state.stage is GraspStage.SLIPPED}
+        yield row
 
 
 def json_text(judged: Sequence[Row], not_judged: str | None = None) -> str:

@@ -32,7 +32,6 @@ IMAGE_SUFFIXES = (".bmp", ".jpeg", ".jpg", ".png", ".ppm", ".tif", ".tiff", ".we
 """File name endings that are read as images, in any case."""
 MAX_BYTES = 8 * MAX_PIXELS
 """Largest image file: so many pixels of four channels of 16 bit."""
-_LENGTH, _NAME, _SUM = 4, 4, 4
 AnyPixels = npt.NDArray[Any]
 """Pixels of any type as OpenCV has them: shape (rows, columns), or with channels behind."""
 _FLAGS = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH
@@ -56,14 +55,9 @@ def once(remark: Remark) -> Remark:
 
 
 def read_image(path: str | Path, remark: Remark = unheard) -> Frame:
-    """Read an image file as RGB, shape (rows, columns, 3), turned as its metadata says.
+    """Read an image file as RGB, shape (rows, columns, 3), turned as its metadata says, which `remark` hears.
 
-    Args:
-        path: File with one picture.
-        remark: Hears that it was turned, or that its format loses detail.
-
-    Raises:
-        FrameError: The file is missing, cannot be decoded, holds several pictures, or not 8-bit colour.
+    `FrameError` where the file is missing, cannot be decoded, holds several pictures, or not 8-bit colour.
     """
     path = Path(path)
     content = _content(path)
@@ -115,13 +109,11 @@ def _may_hold_several(path: Path) -> bool:
 def _content(path: Path) -> bytes:
     try:
         length = path.stat().st_size
-        if length > MAX_BYTES:
-            raise FrameError(f"image '{path}' has {length / 1e6:.0f} MB; at most {MAX_BYTES / 1e6:.0f} MB are allowed")
-        return path.read_bytes()
-    except FrameError:
-        raise
+        if length <= MAX_BYTES:
+            return path.read_bytes()
     except (OSError, ValueError) as error:
         raise FrameError(f"image '{path}' cannot be read: {getattr(error, 'strerror', None) or error}") from error
+    raise FrameError(f"image '{path}' has {length / 1e6:.0f} MB; at most {MAX_BYTES / 1e6:.0f} MB are allowed")
 
 
 def _pixels(path: Path, content: bytes) -> AnyPixels | None:
@@ -225,13 +217,12 @@ def is_damaged_png(content: bytes) -> bool:
     if not content.startswith(SIGNATURE):
         return False
     at = len(SIGNATURE)
-    while at + _LENGTH + _NAME + _SUM <= len(content):
-        name_at = at + _LENGTH
-        sum_at = name_at + _NAME + int.from_bytes(content[at:name_at])
-        body = content[name_at:sum_at]
-        if zlib.crc32(body) != int.from_bytes(content[sum_at : sum_at + _SUM]):
+    while at + 12 <= len(content):  # length, name and checksum have four bytes each
+        end = at + 8 + int.from_bytes(content[at : at + 4])
+        body = content[at + 4 : end]
+        if zlib.crc32(body) != int.from_bytes(content[end : end + 4]):
             return True
         if body.startswith(b"IEND"):
             return False
-        at = sum_at + _SUM
+        at = end + 4
     return True

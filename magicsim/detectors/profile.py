@@ -81,11 +81,9 @@ ConstantChannel = Literal["zero", "skip"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DetectorProfile:
-    """Thresholds and options of the detectors; one that is out of range cannot be constructed.
+    """Thresholds and options of the detectors.
 
-    Raises:
-        ConfigError: A value has the wrong type or lies outside its range; the line names the field, the value
-            and what is allowed.
+    `ConfigError` where one has the wrong type or lies outside its range, with field, value and what is allowed.
     """
 
     schema_version: int = option(SCHEMA_VERSION, "Version of these keys.", SCHEMA_VERSION, SCHEMA_VERSION)
@@ -186,12 +184,8 @@ class DetectorProfile:
 def load_profile(name_or_path: str | Path) -> DetectorProfile:
     """Read a profile by its shipped name (`published`) or from the user's own TOML file.
 
-    Keys that the file leaves out keep their published values.
-
-    Raises:
-        PresetError: There is no such profile.
-        ConfigError: Not valid TOML, an unknown key, or a value of the wrong type or out of range; the line
-            names the file, the field, the value and what is allowed.
+    Keys that the file leaves out keep their published values. `PresetError` where there is no such profile,
+    `ConfigError` where it is not valid TOML, has an unknown key, or a value that `DetectorProfile` refuses.
     """
     path = find_preset("profile", name_or_path)
     values = read_toml(path)
@@ -206,16 +200,10 @@ def load_profile(name_or_path: str | Path) -> DetectorProfile:
 
 
 def save_profile(profile: DetectorProfile, path: str | Path, *, comment: str) -> None:
-    """Write a profile as TOML that `load_profile` reads back unchanged.
+    """Write a profile as TOML that `load_profile` reads back unchanged; the file is replaced whole or not at all.
 
-    Args:
-        profile: What to write.
-        path: The file; replaced whole or not at all.
-        comment: Opening comment that says what the profile describes; may have several lines.
-
-    Raises:
-        ConfigError: The comment is empty.
-        OutputError: The file cannot be written.
+    The comment, of one line or several, opens it and says what it describes. `ConfigError` where that is empty,
+    `OutputError` where the file cannot be written.
     """
     if not comment.strip():
         raise ConfigError("comment is empty; a profile file opens with a comment that says what it describes")
@@ -230,9 +218,6 @@ def save_profile(profile: DetectorProfile, path: str | Path, *, comment: str) ->
     except OSError as error:
         partial.unlink(missing_ok=True)
         raise OutputError(f"profile file '{target}' cannot be written: {error.strerror}") from error
-
-
-_JSON_TYPES: dict[type, str] = {int: "integer", float: "number", str: "string"}
 
 
 def profile_schema() -> dict[str, object]:
@@ -250,8 +235,9 @@ def profile_schema() -> dict[str, object]:
 
 def _property(each: "dataclasses.Field[object]") -> dict[str, object]:
     limits: OptionLimits = each.metadata["limits"]
+    kinds: dict[type, str] = {int: "integer", float: "number", str: "string"}
     entry: dict[str, object] = {
-        "type": _JSON_TYPES[type(each.default)], "description": limits.about, "default": each.default,
+        "type": kinds[type(each.default)], "description": limits.about, "default": each.default,
     }  # fmt: skip
     if limits.choices:
         return entry | {"enum": list(limits.choices)}

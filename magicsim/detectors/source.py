@@ -5,7 +5,7 @@ The one reader of frames: detectors, recordings and their references see a file 
 
 import logging
 import re
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
@@ -48,7 +48,7 @@ def source_kind(source: str | Path) -> SourceKind:
     path = expanded(source)
     if is_folder(path):
         return "folder"
-    if not is_file(path) and str(source).isascii() and str(source).isdecimal():
+    if not is_file(path) and _CAMERA.fullmatch(str(source)):
         return "camera"
     expected = f"an image ({', '.join(IMAGE_SUFFIXES)}), a folder of images"
     expected += f", a video ({', '.join(VIDEO_SUFFIXES)}) or a camera's index"
@@ -67,12 +67,9 @@ def read_source(source: str | Path, remark: Remark | None = None) -> Frames:
 
     Those of a folder come by the numbers in their names, all pictures of a file of several one after the other. A
     camera is opened with its first frame and released when the iterator is closed, so that one camera can give the
-    references first and the frames to judge afterwards.
-
-    Args:
-        source: Image file, folder of images, video file, or index of a camera.
-        remark: Hears what was done to frames (turned as their file says, put in order) and what is odd about them
-            (a coding that loses detail, a video that ends early); the log by default.
+    references first and the frames to judge afterwards. `remark`, the log by default, hears what was done to frames
+    (turned as their file says, put in order) and what is odd about them (a coding that loses detail, a video that ends
+    early).
 
     Raises:
         ConfigError: The source does not exist, is of no known kind, holds no image, or does not tell their order.
@@ -89,7 +86,12 @@ def _read(shots: Shots) -> Frames:
 
 def open_source(source: str | Path, remark: Remark | None = None) -> Shots:
     """The frames of `read_source`, each decoded when it is asked for; raises the same."""
-    return _OPENERS[source_kind(source)](expanded(source), once(remark or _LOG.warning))
+    kind, path, told = source_kind(source), expanded(source), once(remark or _LOG.warning)
+    if kind == "video":
+        return open_video(path, told)
+    if kind == "camera":
+        return _open_camera(int(str(path)))
+    return _open_files(image_files(path, told) if kind == "folder" else [path], told)
 
 
 def _open_files(files: Iterable[Path], remark: Remark) -> Shots:
@@ -105,19 +107,12 @@ def _open_camera(index: int) -> Shots:
             yield Shot(name=f"camera {index}#{number}", read=partial(np.asarray, image))
 
 
-_OPENERS: dict[SourceKind, Callable[[Path, Remark], Shots]] = {
-    "image": lambda path, remark: _open_files([path], remark),
-    "folder": lambda path, remark: _open_files(image_files(path, remark), remark),
-    "video": open_video,
-    "camera": lambda path, _: _open_camera(int(str(path))),
-}
-"""The reader of each kind; a new kind of source is one entry here and one line in `source_kind`."""
-
-
 HIDDEN = "."
 """How the names of files begin that are hidden, such as those in which macOS keeps what other disks cannot (`._`, RFC
 1740), and what programs have not finished."""
 _NUMBERS = re.compile(r"(\d+)")
+_CAMERA = re.compile("[0-9]{1,9}")
+"""Index of a camera, which OpenCV takes in 32 bit."""
 _DECIMAL = re.compile(r"\d[.,]\d")
 
 

@@ -52,11 +52,8 @@ def open_video(path: Path, remark: Remark | None = None) -> Shots:
     """Frames of a video file, one at a time, upright as its track says.
 
     `remark` hears at once that frames are turned or that the codec loses detail, and at the end that the file promised
-    more frames; the log by default.
-
-    Raises:
-        FrameError: The file cannot be opened, has frames that are too large, or holds none that can be decoded; raised
-            at once.
+    more frames; the log by default. `FrameError`, at once, where the file cannot be opened, has frames that are too
+    large, or holds none that can be decoded.
     """
     remark = remark or _LOG.warning
     capture = _capture(str(path))

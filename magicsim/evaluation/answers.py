@@ -10,9 +10,10 @@ import math
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from hashlib import sha256
-from itertools import chain, islice
+from itertools import islice
 from typing import Any
 
+import cv2
 import numpy as np
 
 from magicsim.arrays import Array, Frame
@@ -51,37 +52,60 @@ def answers_to(
 
     `ConfigError` where it raises, an answer is missing or wrong, or it changes its references.
     """
-    before = SeenFrames(references).seen.digest
+    before = [each.copy() for each in references]
     detector = fitted(make, references, who=who)
     said, spent = [], []
     for number, frame in enumerate(frames):
         start = time.perf_counter()
         said.append(detection_of(detector, frame, who=who, which=f"frame {number} of {take}"))
         spent.append(time.perf_counter() - start)
-    if SeenFrames(references).seen.digest != before:
+    if not all(np.array_equal(*pair) for pair in zip(before, references, strict=True)):
         raise ConfigError(f"detector '{who}' changes its references in {take}; must leave their pixels as they are")
     return said, spent
+
+
+PARTS = 4
+"""Parts of a frame's side whose means are its look."""
+
+
+def look_of(frame: Frame) -> Array:
+    """Red, green and blue of the parts of a frame, PARTS x PARTS, and mean sizes of their steps along both axes.
+
+    A frame that is brighter here and darker there has another look, and so has one that is sharper or more noisy, also
+    where its mean level stays. Shape (3 PARTS PARTS + 3,) [grey levels].
+    """
+    levels = frame.astype(np.float32)
+    steps = sum(np.abs(np.diff(levels, axis=axis)).mean((0, 1)) for axis in (0, 1) if levels.shape[axis] > 1)
+    parts = cv2.resize(levels, (PARTS, PARTS), interpolation=cv2.INTER_AREA)
+    return np.concatenate([parts.ravel(), steps + np.zeros(3)]).astype(np.float64)
 
 
 class SeenFrames:
     """What becomes known of frames while they pass."""
 
     def __init__(self, references: Iterable[Frame]) -> None:
-        self._digest, self._levels = sha256(), list[float]()
+        self._digest, self._levels, self._looks = sha256(), list[float](), list[Array]()
+        at_rest = []
         for each in references:
             self._add(each)
+            at_rest.append((float(each.mean()), look_of(each)))
+        levels, looks = zip(*at_rest, strict=True) if len(at_rest) > 1 else ([0, 0], [0, 0])
+        self._spreads = [float(np.std(values, axis=0, ddof=1).max()) for values in (levels, looks)]
 
     def passed(self, frames: Iterable[Frame]) -> Iterator[Frame]:
         """The frames, each known once it has passed."""
         for each in frames:
             self._add(each)
             self._levels.append(float(each.mean()))
+            self._looks.append(look_of(each))
             yield each
 
     @property
     def seen(self) -> FramesSeen:
         """All that has passed so far."""
-        return FramesSeen(digest=self._digest.hexdigest()[:DIGITS], levels=tuple(self._levels))
+        look = tuple(np.mean(self._looks, axis=0).tolist()) if self._looks else ()
+        digest, (level_sd, look_sd) = self._digest.hexdigest()[:DIGITS], self._spreads
+        return FramesSeen(digest=digest, levels=tuple(self._levels), look=look, level_sd=level_sd, look_sd=look_sd)
 
     def _add(self, frame: Frame) -> None:
         self._digest.update(str(frame.shape).encode())
@@ -125,10 +149,7 @@ def judge_footage(footage: Footage, make: MakeDetector, *, who: str) -> JudgedEp
     frames = footage.images.frames()
     if not isinstance(footage.images, ExposedTake):  # frames that exist, which may be anybody's
         _ask_references(references, make, take, who=who)
-        first = list(islice(frames, 1))
-        for each in first:
-            warn_of_turned(references, each, take)
-        frames = chain(first, frames)
+        frames = not_turned(frames, references, take)
     passing = SeenFrames(references)
     said, spent = answers_to(passing.passed(frames), references, make, take, who=who)
     return JudgedEpisode(
@@ -150,10 +171,17 @@ def _ask_references(references: Sequence[Frame], make: MakeDetector, take: str, 
         _LOG.warning("%s: %s", take, odd)
 
 
-def warn_of_turned(references: Sequence[Frame], frame: Frame, take: str) -> None:
-    """Warns where a frame is turned against the references of its own recording, all of shape (rows, columns, 3)."""
-    if frame.shape == references[0].shape and (turned := turned_against(np.mean(references, 0), [frame])):
-        _LOG.warning("%s: %s", take, turned)
+def not_turned(frames: Iterable[Frame], references: Sequence[Frame], take: str) -> Iterator[Frame]:
+    """The frames, with a warning where the first one is turned against the references of its own recording.
+
+    All have shape (rows, columns, 3).
+    """
+    for number, frame in enumerate(frames):
+        if number == 0 and frame.shape == references[0].shape:
+            turned = turned_against(np.mean(references, 0), [frame])
+            if turned:
+                _LOG.warning("%s: %s", take, turned)
+        yield frame
 
 
 def features_of(said: Sequence[Detection]) -> dict[str, Array]:

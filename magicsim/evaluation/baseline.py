@@ -10,7 +10,7 @@ import json
 import os
 import platform
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -25,10 +25,9 @@ from magicsim.detectors.verdict import Contact, Proximity
 from magicsim.errors import ConfigError
 from magicsim.folder import result_file
 from magicsim.frame_class import FrameClass
-from magicsim.judge.regression import Change, compare
+from magicsim.judge.regression import Change, Pair, compare
 from magicsim.judge.tally import FIRST_PLACE, FramesSeen, JudgedEpisode
 
-Pair = tuple[JudgedEpisode, JudgedEpisode]
 FORMAT = 2
 DIGITS = 6
 """Significant digits of a score in the file."""
@@ -46,11 +45,9 @@ class BaselineEpisode:
     classes: str
     proximity: tuple[str, ...]
     contact: tuple[str, ...]
-    approach: tuple[float, ...]
-    touch: tuple[float, ...]
-    levels: tuple[float, ...]
-    digest: str
-    """See `magicsim.judge.tally.FramesSeen`, and likewise `levels`."""
+    approach: Array
+    touch: Array
+    seen: FramesSeen
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,10 +99,8 @@ def load_baseline(path: Path) -> Baseline:
 
 def as_judged(known: BaselineEpisode, now: JudgedEpisode) -> Pair:
     """An episode as the baseline's detector judged it, and as the present one did, with scores alike rounded."""
-    then = replace(
-        now, proximity=known.proximity, contact=known.contact, approach=np.array(known.approach),
-        touch=np.array(known.touch), seen=FramesSeen(digest=known.digest, levels=known.levels),
-    )  # fmt: skip
+    said = {name: getattr(known, name) for name in ("proximity", "contact", "approach", "touch", "seen")}
+    then = replace(now, **said)
     return then, replace(now, approach=_rounded(now.approach), touch=_rounded(now.touch))
 
 
@@ -127,6 +122,7 @@ def _packed(episode: JudgedEpisode) -> dict[str, Any]:
         "approach": " ".join(f"{each:.{DIGITS}g}" for each in episode.approach),
         "touch": " ".join(f"{each:.{DIGITS}g}" for each in episode.touch),
         "levels": " ".join(f"{each:.3f}" for each in episode.seen.levels),
+        "look": " ".join(f"{each:.3f}" for each in episode.seen.look),
         "digest": episode.seen.digest,
     }
 
@@ -134,18 +130,16 @@ def _packed(episode: JudgedEpisode) -> dict[str, Any]:
 def _unpacked(entry: dict[str, str]) -> BaselineEpisode:
     words = {letter: str(word) for word, letter in PROXIMITY_LETTERS.items()}
     touches = {letter: str(word) for word, letter in CONTACT_LETTERS.items()}
-    episode = BaselineEpisode(
-        classes=entry["classes"],
-        proximity=tuple(words[letter] for letter in entry["proximity"]),
-        contact=tuple(touches[letter] for letter in entry["contact"]),
-        approach=tuple(map(float, entry["approach"].split())),
-        touch=tuple(map(float, entry["touch"].split())),
-        levels=tuple(map(float, entry["levels"].split())),
-        digest=entry["digest"],
-    )
-    if len({len(getattr(episode, each.name)) for each in fields(episode) if each.name != "digest"}) != 1:
+    number = {name: [*map(float, entry.get(name, "").split())] for name in ("approach", "touch", "levels", "look")}
+    counts = {len(entry[name]) for name in ("classes", "proximity", "contact")}
+    if len(counts | {len(number[name]) for name in ("approach", "touch", "levels")}) != 1:
         raise IndexError("lists of different length")
-    return episode
+    return BaselineEpisode(
+        classes=entry["classes"], proximity=tuple(words[letter] for letter in entry["proximity"]),
+        contact=tuple(touches[letter] for letter in entry["contact"]), approach=np.array(number["approach"]),
+        touch=np.array(number["touch"]),
+        seen=FramesSeen(digest=entry["digest"], levels=tuple(number["levels"]), look=tuple(number["look"])),
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -225,19 +219,16 @@ def set_beside(
     if not alike and (baseline.suite != suite or not other):
         share = "frames" if other else "episode"
         raise ConfigError(f"baseline of suite '{baseline.suite}' has no {share} in common with suite '{suite}'; {ANEW}")
-    standard = condition_of(episodes[0])
-    options: dict[str, Any] = {
-        "seed": seed,
-        "standard": standard,
-        "same_scale": Path(baseline.detector) == Path(detector),
-    }
-    changes, moved = (
-        compare(pairs, [condition_of(now) for _, now in pairs], **options) if pairs else []
-        for pairs in (alike, changed)
-    )
+    standard, same_scale = condition_of(episodes[0]), Path(baseline.detector) == Path(detector)
+
+    def compared(pairs: list[Pair]) -> list[Change]:
+        conditions = [condition_of(now) for _, now in pairs]
+        return compare(pairs, conditions, standard=standard, seed=seed, same_scale=same_scale) if pairs else []
+
     return Comparison(
-        baseline=baseline, alike=alike, changed=changed, relabelled=relabelled, changes=changes, moved=moved
-    )
+        baseline=baseline, alike=alike, changed=changed, relabelled=relabelled, changes=compared(alike),
+        moved=compared(changed),
+    )  # fmt: skip
 
 
 def condition_of(episode: JudgedEpisode) -> str:

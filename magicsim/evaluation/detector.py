@@ -2,6 +2,7 @@
 
 import importlib
 import importlib.util
+import sys
 import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -74,9 +75,9 @@ class ProfileDetector:
         if self._references is None:
             raise ConfigError("step before fit: a detector needs its references first")
         verdict = detect(frame, self._references, self.profile)
-        self._references = followed(self._references, verdict, self.profile)
         if self.is_coated:
             verdict = behind_coat(verdict)
+        self._references = followed(self._references, verdict, self.profile)
         return Detection(
             proximity=verdict.proximity,
             contact=verdict.combined,
@@ -87,7 +88,7 @@ class ProfileDetector:
 
 
 def built_in(profile: str | Path, *, is_coated: bool = False) -> MakeDetector:
-    """Makes built-in detectors with a profile, for a sensor with an opaque coat where it has one."""
+    """Makes built-in detectors with a profile, which behind an opaque coat are not asked what is near."""
     loaded = load_profile(profile)
     return lambda: ProfileDetector(loaded, is_coated=is_coated)
 
@@ -96,21 +97,13 @@ ENTRY_POINTS = "magicsim.detectors"
 """Group of entry points whose names `--detector` accepts."""
 
 
-def detector_by(detector: str | MakeDetector) -> MakeDetector:
-    """The maker of a detector, from its class, the name of a profile, or a name as `find_detector` takes it."""
+def detector_by(detector: str | MakeDetector, *, is_coated: bool = False) -> MakeDetector:
+    """The maker of a detector, from its class, what `built_in` takes, or a name as `find_detector` takes it."""
     if not isinstance(detector, str):
         return lambda: _made(getattr(detector, "__name__", "given"), detector)
     if detector in preset_names("profile") or detector.endswith(".toml"):
-        return built_in(detector)
+        return built_in(detector, is_coated=is_coated)
     return find_detector(detector)
-
-
-def named_detector(name: str | None, *, profile: str, is_coated: bool = False) -> MakeDetector:
-    """A plug-in by its name as `find_detector` takes it, or without one the built-in detectors with a profile.
-
-    Behind an opaque coat a built-in detector is not asked what is near.
-    """
-    return built_in(profile, is_coated=is_coated) if name is None else find_detector(name)
 
 
 def find_detector(name: str) -> MakeDetector:
@@ -149,6 +142,7 @@ def _load_file(path: str) -> ModuleType:
     if not is_file(file) or spec is None or spec.loader is None:
         raise ConfigError(f"detector file '{path}' does not exist")
     module, loader = importlib.util.module_from_spec(spec), spec.loader
+    sys.modules[spec.name] = module  # where dataclasses and pickle look for what their class stands in
     tried(lambda: loader.exec_module(module), f"detector file '{path}' cannot be loaded")
     return module
 

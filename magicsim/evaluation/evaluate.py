@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from magicsim.detectors.verdict import Proximity
+from magicsim.errors import ConfigError
 from magicsim.evaluation.answers import check_order, judge_footage
 from magicsim.evaluation.baseline import Baseline, Comparison, condition_of, set_beside
 from magicsim.evaluation.detector import MakeDetector, ProfileDetector, detector_by
@@ -135,11 +136,11 @@ def evaluate(
         cache: Folder where simulated episodes are kept.
         told: Hears what takes longer than two seconds.
 
-    Raises:
-        MagicsimError: No such detector, it fails, or an episode cannot be simulated or read.
+    `MagicsimError` where there is no such detector, it fails, or an episode cannot be simulated or read.
     """
     name = detector if isinstance(detector, str) else getattr(detector, "__name__", type(detector).__name__)
-    return evaluate_suite(suite, detector_by(detector), name="suite", detector=name, cache=cache, told=told)
+    make = detector_by(detector, is_coated=suite.design.is_opaque)
+    return evaluate_suite(suite, make, name="suite", detector=name, cache=cache, told=told)
 
 
 def evaluate_suite(
@@ -154,11 +155,11 @@ def evaluate_suite(
     films: Iterable[list[Footage]] | None = None,
     told: Told = on_stderr,
 ) -> Evaluation:
-    """Judges a detector.
+    """Judges a detector, made anew for every episode.
 
     Args:
         suite: The episodes.
-        make: Makes the detector, anew for every episode.
+        make: Makes the detector.
         name: Of the suite, for results.
         detector: Its name, for results.
         cache: Folder of takes, where simulated episodes are kept.
@@ -167,8 +168,7 @@ def evaluate_suite(
         films: Footage of each take instead of all of the suite's.
         told: Hears what takes longer than two seconds; nothing where `progress` does.
 
-    Raises:
-        MagicsimError: An episode cannot be simulated or read, the detector fails, or the baseline does not fit.
+    `MagicsimError` where an episode cannot be simulated or read, the detector fails, or the baseline does not fit.
     """
     start, coated = time.perf_counter(), suite.design.is_opaque
     total = len(list_cases(suite)) + len(suite.recordings)
@@ -180,10 +180,12 @@ def evaluate_suite(
                 check_order(take[0], make, who=detector)
             footage += take
             judged = [judge_footage(film, make, who=detector) for film in take]
-            for each in judged:  # behind a coat a detector is not asked what is near: an alarm is a touch
-                nothing = (str(Proximity.NORMAL),) * len(each.proximity)
-                episodes.append(replace(each, proximity=nothing) if coated else each)
+            if coated:  # behind it a detector is not asked what is near: an alarm is a touch
+                judged = [replace(each, proximity=(str(Proximity.NORMAL),) * len(each.proximity)) for each in judged]
+            episodes += judged
             (progress or share)(done, max(done, total))
+        if not any(each.proximity for each in episodes):
+            raise ConfigError(f"'{name}' holds no frames to judge: must hold some beside those of the untouched sensor")
         conditions = [condition_of(each) for each in episodes]
         groups = group_episodes(episodes)
         standard = groups[conditions[0]]

@@ -16,14 +16,13 @@ from magicsim.config.named_files import read_with_paths
 from magicsim.dataset.export.source import open_dataset
 from magicsim.dataset.frames import FrameTable, open_frames
 from magicsim.dataset.manifest import MANIFEST
-from magicsim.detectors.combined import followed
 from magicsim.detectors.features import Episode
 from magicsim.detectors.offline import json_text, rows, table_lines, told_of_references
 from magicsim.detectors.picture import read_image
 from magicsim.detectors.profile import load_profile
 from magicsim.detectors.verdict import Verdict
 from magicsim.errors import ConfigError
-from magicsim.evaluation.answers import warn_of_turned
+from magicsim.evaluation.answers import not_turned
 from magicsim.evaluation.footage import Footage, recorded_footage
 from magicsim.evaluation.suite import SuiteConfig, SuitePlace, SuiteRecording
 from magicsim.folder import MARKER
@@ -213,12 +212,9 @@ def write_existing_verdicts(
         said = [detector.verdict(each) for each in untouched]
         for odd in told_of_references(untouched, [(each.proximity, each.combined) for each in said]):
             _LOG.warning("%s: %s", film.tag.take, odd)
-        for number, frame in enumerate(film.images.frames()):
-            if number == 0:
-                warn_of_turned(untouched, frame, film.tag.take)
-            verdict = detector.verdict(frame, source=f"{film.tag.take}#{number}")
-            detector = replace(detector, references=followed(detector.references, verdict, chosen))
-            yield verdict
+        frames = not_turned(film.images.frames(), untouched, film.tag.take)
+        for number, verdict in enumerate(detector.verdicts(frames)):
+            yield replace(verdict, source=f"{film.tag.take}#{number}")
 
     judged = chain.from_iterable(rows(verdicts(film), chosen, grasp=grasp) for film in existing.films)
     table = [{**row, "proximity": None} if coated else row for row in islice(judged, frames)]

@@ -21,9 +21,6 @@ from magicsim.evaluation.take import Case, Take, cached_take, list_cases, take_k
 from magicsim.judge.recorded import RecordedEpisode, read_recording
 from magicsim.judge.tally import RECORDED, EpisodeLabels, EpisodeTag
 
-REST_STREAM = 0x3C5A96
-"""Turns the seed of an episode into that of a stream at rest."""
-
 
 class Images(Protocol):
     """Where an episode's images come from."""
@@ -57,6 +54,8 @@ class ExposedTake:
     frames_per_second: float
     lit: Lit = (True, True, True)
     """Whether any light of the sensor shines in red, green and blue."""
+    passes: bool = False
+    """Whether something passes in the room, of which a take holds its own frames alone."""
 
     def references(self) -> Iterator[Frame]:
         """See `Images`."""
@@ -67,26 +66,27 @@ class ExposedTake:
         return self._exposed(~self.take.is_reference)
 
     def at_rest(self, count: int) -> Iterator[Frame]:
-        """So many frames of the untouched sensor, right after the references, with noise of their own."""
+        """So many frames of the untouched sensor that follow the references, had nothing come."""
         first = int(self.take.is_reference.sum())
-        at_rest = ((index, self.take.radiance[0]) for index in range(first, first + count))
-        return (image for _, image in self._stream(at_rest, self.seed ^ REST_STREAM))
+        begin = 0 if self.camera.history else first
+        at_rest = ((index, self.take.radiance[0]) for index in range(begin, first + count))
+        return (image for index, image in self._stream(at_rest) if index >= first)
 
     def _exposed(self, is_wanted: Mask) -> Iterator[Frame]:
         """The wanted frames; where frames depend on those before, the others are exposed on the way."""
         take = self.take
         places = np.flatnonzero(is_wanted | bool(self.camera.history)).tolist()
-        frames = self._stream(((index, take.radiance[take.state[index]]) for index in places), self.seed)
+        frames = self._stream((index, take.radiance[take.state[index]]) for index in places)
         return (image for index, image in frames if is_wanted[index])
 
-    def _stream(self, states: Iterable[tuple[int, FloatImage]], seed: int) -> Iterator[tuple[int, Frame]]:
+    def _stream(self, states: Iterable[tuple[int, FloatImage]]) -> Iterator[tuple[int, Frame]]:
         """Numbers and images of frames, each exposed after the one before."""
         take, rate = self.take, self.frames_per_second
         room = take.room if take.room.size else None
         stream = CameraStream.of(self.camera, take.radiance[0], self.lit, room=room)
         memory = stream.begin(rate)
         for index, radiance in states:
-            at = Instant(seed=seed, index=index, time_s=index / rate, frames_per_second=rate)
+            at = Instant(seed=self.seed, index=index, time_s=index / rate, frames_per_second=rate)
             image, memory = stream.take(radiance, memory, at)
             yield index, image
 
@@ -109,7 +109,7 @@ def footage_of(case: Case, take: Take, suite: SuiteConfig) -> list[Footage]:
             labels=labels,
             images=ExposedTake(
                 take=take, camera=_camera(case.scene.rig.camera, noise), frames_per_second=suite.frames_per_second,
-                lit=case.scene.lit,
+                lit=case.scene.lit, passes=case.scene.rig.moving is not None,
                 seed=zlib.crc32(f"{suite.seed} {case.name} {noise.name}".encode()) & 0x7FFFFFFF,
             ),
             frames_per_second=suite.frames_per_second,
@@ -169,9 +169,7 @@ def quick_suite(suite: SuiteConfig) -> tuple[SuiteConfig, list[str]]:
         if block.lights[0] == suite.episodes[0].lights[0]
     ]
     rest = min(suite.rest_s, REST_S)
-    quick = suite.model_copy(
-        update={"episodes": tuple(blocks), "noises": suite.noises[:1], "rest_s": rest, "recordings": suite.recordings}
-    )
+    quick = suite.model_copy(update={"episodes": tuple(blocks), "noises": suite.noises[:1], "rest_s": rest})
     kept = {case.name for case in list_cases(quick)}
     gone = [case.name for case in list_cases(suite) if case.name not in kept]
     left_out = [f"take {name}" for name in gone]

@@ -210,10 +210,9 @@ def value_text(name: str, each: MeasureEstimate) -> str:
     """A measure with its interval."""
     if each.value is None:
         return MISSING
-    if TABLE[name].unit == SHARE:
-        value, ends = percent(each.value), [number(100 * end, 1) for end in (each.low, each.high) if end is not None]
-    else:
-        value, ends = number(each.value, 3), [number(end, 3) for end in (each.low, each.high) if end is not None]
+    is_share = TABLE[name].unit == SHARE
+    value, scale, digits = (percent(each.value), 100, 1) if is_share else (number(each.value, 3), 1, 3)
+    ends = [number(scale * end, digits) for end in (each.low, each.high) if end is not None]
     return f"{value} ({ends[0]} to {ends[1]})" if ends else value
 
 

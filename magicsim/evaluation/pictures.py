@@ -76,10 +76,9 @@ def sheet(footage: Sequence[Footage], episodes: Sequence[JudgedEpisode], standar
     noise = standard.split("/")[1]
     pictures = []
     for film, episode in zip(footage, episodes, strict=True):
-        if film.tag.noise != noise:
-            continue
-        places = [_nearest(episode, FrameClass.NEAR, 1.0), _nearest(episode, FrameClass.CONTACT, -9.0)]
-        pictures += _pictures(film, episode, [place for place in places if place is not None])
+        if film.tag.noise == noise:
+            places = [*_nearest(episode, FrameClass.NEAR, 1.0), *_nearest(episode, FrameClass.CONTACT, -9.0)]
+            pictures += _pictures(film, episode, places)
     return pictures
 
 
@@ -117,7 +116,7 @@ def _caption(film: Footage, episode: JudgedEpisode, place: int) -> dict[str, str
     }
 
 
-def _nearest(episode: JudgedEpisode, truth: FrameClass, gap_mm: float) -> int | None:
-    """The frame of a class whose gap is nearest to one."""
+def _nearest(episode: JudgedEpisode, truth: FrameClass, gap_mm: float) -> list[int]:
+    """The frame of a class whose gap is nearest to one, if there is any."""
     held = [place for place, one in enumerate(episode.labels.classes) if one is truth]
-    return min(held, key=lambda place: abs(float(episode.labels.gap_mm[place]) - gap_mm), default=None)
+    return sorted(held, key=lambda place: abs(float(episode.labels.gap_mm[place]) - gap_mm))[:1]

@@ -5,6 +5,7 @@ at rest, so that their distance from 0 in standard deviations tells the margin o
 touched frame from them its d' (Green and Swets 1966).
 """
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -20,6 +21,7 @@ from magicsim.frame_class import FrameClass
 from magicsim.judge.measures import count_ends
 from magicsim.judge.tally import JudgedEpisode
 
+_LOG = logging.getLogger(__name__)
 HOUR_S = 3600.0
 MOST_SD = 1e6
 """Where nothing varies at rest, every other frame is as far as this from it [standard deviations]."""
@@ -77,12 +79,22 @@ def rest_streams(
 ) -> list[Rest]:
     """One stream of so many seconds for every place and noise of some footage, by the first take of each.
 
-    Recordings have none, and no stream is filmed with 0 seconds. The detector is made anew for every stream.
+    Recordings have none, nor places where something passes in the room, which a warning says, and no stream is filmed
+    with 0 seconds. The detector is made anew for every stream.
     """
     first: dict[tuple[str, str], Footage] = {}
+    moving: set[str] = set()
     for film in footage:
         if isinstance(film.images, ExposedTake):
-            first.setdefault((film.tag.place, film.tag.noise), film)
+            if film.images.passes:
+                moving.add(film.tag.place)
+            else:
+                first.setdefault((film.tag.place, film.tag.noise), film)
+    if moving and seconds > 0:
+        places = ", ".join(sorted(moving))
+        _LOG.warning(
+            "no stream at rest is filmed in place %s: what passes in its room is rendered in takes alone", places
+        )
     return [
         _rest(film, [one for one in episodes if (one.tag.place, one.tag.noise) == key], make, seconds=seconds, who=who)
         for key, film in first.items()

@@ -12,10 +12,9 @@ from magicsim.config.presets import find_preset
 from magicsim.errors import ConfigError, unknown_choice
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.geometry.objects.kinds import parse_object
-from magicsim.geometry.objects.rigid_object import AngleDeg
 from magicsim.judge.tally import FIRST_PLACE, RECORDED, Role
 from magicsim.scenes.rig import PlaceMm, Rig
-from magicsim.scenes.scene import FRAMES_PER_SECOND, FrameNumber, FrameRate, GapMm, RenderSettings, Seed
+from magicsim.scenes.scene import FRAMES_PER_SECOND, FrameRate, Keyframe, RenderSettings, Seed
 
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 MAX_TAKES = 10_000
@@ -45,34 +44,15 @@ class SuiteObject(Config):
     """Origin of the object along y [mm]."""
 
 
-class PathFrame(Config):
-    """State at one frame; between these everything moves linearly, without gap and press there is no object."""
+class PathFrame(Keyframe):
+    """A scene's keyframe: place and twist are added to the object's own, without gap and press there is no object."""
 
-    frame: FrameNumber
-    """Index among the scored frames."""
-    gap_mm: GapMm | None = None
-    """Distance from the undeformed contact face [mm], negative when pressed."""
     press: Annotated[float, Field(ge=0, le=1)] | None = None
-    """Depth instead, in units of the object's `press_mm`."""
-    x_mm: PlaceMm = 0.0
-    """Shift along x [mm]."""
-    y_mm: PlaceMm = 0.0
-    """Shift along y [mm]."""
-    twist_deg: AngleDeg = 0.0
-    """Rotation about z [degrees]."""
-    flashlight: bool = False
-    """Whether the outside light is on, from this frame to the next one given."""
-    light_x_mm: PlaceMm = 0.0
-    """Shift of the flashlight along x [mm]."""
+    """Depth instead of `gap_mm`, in units of the object's `press_mm`."""
 
     def _problems(self) -> Iterator[str | None]:
         if self.gap_mm is not None and self.press is not None:
             yield f"frame {self.frame} gives both gap_mm and press: must be one of them"
-
-    @property
-    def has_object(self) -> bool:
-        """Whether the object is there."""
-        return self.gap_mm is not None or self.press is not None
 
 
 class SuitePath(Config):
@@ -222,10 +202,7 @@ def load_suite(name: str | Path, overrides: Sequence[str] = (), *, seed: int | N
     """Reads a suite by preset name or path and puts its design and rig in place.
 
     Overrides are `dotted.key=value`; `design.` and `rig.` reach into those files. A seed stands for the file's.
-
-    Raises:
-        PresetError: The suite, its design or its rig does not exist.
-        ConfigError: The content is not acceptable.
+    `PresetError` where suite, design or rig does not exist, `ConfigError` where their content is not acceptable.
     """
     path = find_preset("suite", name)
     data = read_whole(path, overrides)

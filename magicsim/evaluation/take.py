@@ -37,8 +37,6 @@ from magicsim.simulation.plan import plan_scene
 if TYPE_CHECKING:
     from magicsim.simulation.stream import RenderedState
 
-NO_OUTPUT = OutputSettings.nothing()
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
@@ -88,7 +86,7 @@ def _case(
         scene=SceneConfig(
             schema_version=1, design=design, rig=rig, seed=seed, references=suite.references,
             frames_per_second=suite.frames_per_second, object=parse_object(body.object),
-            contact=ContactSettings(friction=path.friction), render=suite.render, output=NO_OUTPUT,
+            contact=ContactSettings(friction=path.friction), render=suite.render, output=OutputSettings.nothing(),
             keyframes=tuple(Keyframe(**each) for each in _lit(keyframes, light)),
         ),
     )  # fmt: skip
@@ -103,7 +101,7 @@ def _jitter(suite: SuiteConfig, name: str, seed: int) -> tuple[float, float, flo
 
 def _keyframe(each: PathFrame, body: SuiteObject, shift: tuple[float, float, float]) -> dict[str, Any]:
     light = {"flashlight": each.flashlight, "light_x_mm": each.light_x_mm}
-    if not each.has_object:
+    if each.gap_mm is None and each.press is None:
         return {"frame": each.frame, **light}
     gap = each.gap_mm if each.gap_mm is not None else -(each.press or 0.0) * body.press_mm
     x, y, twist = body.x_mm + shift[0] + each.x_mm, body.y_mm + shift[1] + each.y_mm, shift[2] + each.twist_deg

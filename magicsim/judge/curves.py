@@ -135,7 +135,7 @@ def trade_off(
 
 def threshold_at(negatives: Array, false_alarm_rate: float) -> float:
     """Smallest score above which at most a given share of the negatives lies."""
-    return float(np.quantile(negatives, 1 - false_alarm_rate, method="higher"))
+    return float(np.quantile(negatives, 1 - false_alarm_rate, method="inverted_cdf"))
 
 
 def _curve(
@@ -146,8 +146,8 @@ def _curve(
     negatives = [class_scores(each, score, nothing) for each in episodes]
     # Upper edges belong to their bin, as 3 mm belongs to Near and 0.3 mm to Contact's lower limit of depth.
     bins = [np.searchsorted(np.array(edges) + ROUNDING_MM, place, side="left") - 1 for place in places]
-    inside = [np.isfinite(place) & (place > edges[0]) & (place <= edges[-1] + ROUNDING_MM) for place in places]
     count = len(edges) - 1
+    inside = [(place >= 0) & (place < count) for place in bins]  # NaN lies beyond the last edge
     whole = np.array([np.bincount(b[ok], minlength=count)[:count] for b, ok in zip(bins, inside, strict=True)])
 
     def rates(drawn: Index) -> Array:
@@ -166,15 +166,14 @@ def _curve(
     draws = np.random.default_rng(seed).integers(0, len(episodes), (resamples, len(episodes)))
     spread = np.array([rates(drawn) for drawn in draws]) if len(episodes) >= LEAST_EPISODES else None
     points = []
-    for index in range(count):
-        frames = int(whole[:, index].sum()) if whole.size else 0
-        if frames and np.isfinite(found[index]):
-            known = spread is not None and np.isfinite(spread[:, index]).any()
-            low, high = ends(spread[:, index]) if spread is not None and known else (None, None)
-            points.append(
-                CurvePoint(
-                    above_mm=edges[index], to_mm=edges[index + 1], frames=frames, rate=float(found[index]), low=low,
-                    high=high,
-                )
-            )  # fmt: skip
+    for index in np.flatnonzero(np.isfinite(found)).tolist():
+        low = high = None
+        if spread is not None and np.isfinite(spread[:, index]).any():
+            low, high = ends(spread[:, index])
+        points.append(
+            CurvePoint(
+                above_mm=edges[index], to_mm=edges[index + 1], frames=int(whole[:, index].sum()),
+                rate=float(found[index]), low=low, high=high,
+            )
+        )  # fmt: skip
     return points

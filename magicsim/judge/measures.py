@@ -97,13 +97,10 @@ def _contact_accuracy(table: Tally, weights: Array) -> Array:
     return (touched + 1 - _ratio(wrong, total, weights)) / 2
 
 
-def _approach_precision(table: Tally, weights: Array) -> Array:
-    return _ratio(table.count["Near said Approaching"], _sum(table, UNTOUCHED, " said Approaching"), weights)
-
-
-def _touch_precision(table: Tally, weights: Array) -> Array:
-    right = table.count["Contact said Touched"]
-    return _ratio(right, right + _sum(table, UNTOUCHED, " said Touched"), weights)
+def _precision(truth: str, verdict: str, others: Sequence[str]) -> Compute:
+    """Share of a class among the frames of it and of others that are named so."""
+    said = f" said {verdict}"
+    return lambda table, weights: _ratio(table.count[truth + said], _sum(table, (truth, *others), said), weights)
 
 
 def _area(score: str, positives: tuple[str, ...], negatives: tuple[str, ...]) -> Compute:
@@ -121,11 +118,10 @@ def _score(score: str, classes: tuple[str, ...]) -> Compute:
 
 
 def _mean(name: str) -> Compute:
-    def compute(table: Tally, weights: Array) -> Array:
-        known = ~np.isnan(table.value[name])
-        return _ratio(np.where(known, table.value[name], 0.0), known.astype(np.float64), weights)
-
-    return compute
+    """Mean over the episodes that have such a value."""
+    return lambda table, weights: _ratio(
+        np.nan_to_num(table.value[name]), np.isfinite(table.value[name]).astype(np.float64), weights
+    )
 
 
 COMPUTE: Mapping[str, Compute] = {
@@ -133,10 +129,10 @@ COMPUTE: Mapping[str, Compute] = {
     "contact_balanced_accuracy": _contact_accuracy,
     "clear_recall": _recall("Clear", "Normal"),
     "approach_recall": _recall("Near", "Approaching"),
-    "approach_precision": _approach_precision,
+    "approach_precision": _precision("Near", "Approaching", ("Clear", "Light")),
     "light_recall": _recall("Light", "Noise"),
     "touch_recall": _recall("Contact", "Touched"),
-    "touch_precision": _touch_precision,
+    "touch_precision": _precision("Contact", "Touched", UNTOUCHED),
     "approach_auc": _area("approach", ("Near",), ("Clear", "Light")),
     "touch_auc": _area("touch", ("Contact",), UNTOUCHED),
     **{name: _score(*of) for name, of in SCORE_MEANS.items()},

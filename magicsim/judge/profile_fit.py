@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from magicsim.config.models import apply_overrides
 from magicsim.detectors.calibrate import Candidates, fit_profile
@@ -104,7 +103,8 @@ def calibrate(
         for episode in labelled:
             for odd in told_of_references(episode.references, said_of(episode.references, profile)):
                 _LOG.warning("%s", odd)
-        seen, unseen = score_profile(profile, labelled), cross_validate(start, labelled, candidates)
+        judged = [_judged(profile, each) for each in labelled]
+        seen, unseen = _score(judged, labelled), cross_validate(start, labelled, candidates)
         before = None
         with suppress(FrameError):  # the base's references show no grid
             before = score_profile(start, labelled)
@@ -122,13 +122,16 @@ def calibrate(
             cross_validated_contact_accuracy=unseen.contact.accuracy if unseen else None,
             base_proximity_accuracy=before.proximity.accuracy if before else None,
             base_contact_accuracy=before.contact.accuracy if before else None,
-            roc=separations(profile, labelled),
+            roc=separations(profile, judged, labelled),
         )
 
 
-def separations(profile: DetectorProfile, episodes: Sequence[Episode]) -> dict[str, Separation]:
+def separations(
+    profile: DetectorProfile, judged: Sequence[Sequence[Verdict]], episodes: Sequence[Episode]
+) -> dict[str, Separation]:
     """ROC of entropy, correlation and similarity on the scored frames; a group without frames leaves its ROC out."""
-    verdicts = [each for episode in episodes for each in _scored_verdicts(profile, episode)]
+    pairs = [pair for said, one in zip(judged, episodes, strict=True) for pair in zip(said, one.classes, strict=True)]
+    verdicts = [verdict for verdict, each in pairs if each is not None]
     labels = np.array(scored_classes(episodes), dtype=object)
     clear, near, contact, light = (labels == each for each in FrameClass)
     entropy, correlation, similarity = (
@@ -142,24 +145,16 @@ def separations(profile: DetectorProfile, episodes: Sequence[Episode]) -> dict[s
         "light": (correlation, light, near | contact, profile.tau_c, profile.tau_c),
         "touch": (-similarity, contact & dark, ~contact & dark, touch_from, profile.tau_g),
     }
-    return {
-        name: _separation(scores[positive | negative], positive[positive | negative], cut, threshold)
-        for name, (scores, positive, negative, cut, threshold) in groups.items()
-        if positive.any() and negative.any()
-    }
-
-
-def _separation(
-    scores: npt.NDArray[np.float64], positive: npt.NDArray[np.bool_], cut: float, threshold: float
-) -> Separation:
-    curve, (hits, alarms) = roc_curve(scores, positive), rates_at(scores, positive, cut)
-    points = list(zip(curve.false_alarm_rate.tolist(), curve.hit_rate.tolist(), strict=True))
-    return Separation(area=curve.area, threshold=threshold, hit_rate=hits, false_alarm_rate=alarms, curve=points)
-
-
-def _scored_verdicts(profile: DetectorProfile, episode: Episode) -> list[Verdict]:
-    frames = [frame for frame, each in zip(episode.frames, episode.classes, strict=True) if each is not None]
-    return detect_all(frames, fuse(episode.references, profile), profile)
+    found = {}
+    for name, (values, positive, negative, cut, threshold) in groups.items():
+        if positive.any() and negative.any():
+            group = values[positive | negative], positive[positive | negative]
+            curve, (hits, alarms) = roc_curve(*group), rates_at(*group, cut)
+            points = list(zip(curve.false_alarm_rate.tolist(), curve.hit_rate.tolist(), strict=True))
+            found[name] = Separation(
+                area=curve.area, threshold=threshold, hit_rate=hits, false_alarm_rate=alarms, curve=points
+            )
+    return found
 
 
 def _search(base: DetectorProfile, settings: Sequence[str]) -> tuple[DetectorProfile, Candidates]:

@@ -32,7 +32,7 @@ from magicsim.frame_class import FrameClass
 from magicsim.judge.changed_frames import FrameRun, changed_runs, score_runs
 from magicsim.judge.measures import COMPUTE, SCORE_MEANS, TABLE, UNTOUCHED, MeasureEstimate, measure
 from magicsim.judge.score import PROXIMITY_TRUTH
-from magicsim.judge.tally import JudgedEpisode, Tally, score_pairs, tally
+from magicsim.judge.tally import SCORES, JudgedEpisode, Tally, score_pairs, tally
 
 CHANCE = {"proximity_balanced_accuracy": 1 / len(PROXIMITY_TRUTH), "contact_balanced_accuracy": 1 / 2}
 """Balanced accuracies of a detector whose verdicts do not depend on the frame."""
@@ -141,11 +141,8 @@ def smallest_falls(statistics: Array, exchanged: Array) -> Array:
     unexchanged one's d up to d_s = T_0 - (T_0 - T_s) / 2s. So d has p = (exchanges with d_s >= d) / (all of them): the
     test is inverted, and T_0 less the result is its lower confidence limit (Garthwaite 1996, Biometrics 52:1387). This
     is exact for means of takes and linear in the exchanges for ratios. Corrected for all measures in one step: an
-    exchange counts also where another measure has a p at most as small.
-
-    Args:
-        statistics: Falls, shape (exchanges, measures); the first row exchanges none.
-        exchanged: Share of the episodes of each measure that is exchanged, in 0..1, of the same shape.
+    exchange counts also where another measure has a p at most as small. `statistics` are falls, shape (exchanges,
+    measures), of which the first row exchanges none, `exchanged` the shares of episodes that are exchanged, in 0..1.
     """
     p, count = p_values(statistics), len(statistics)
     result = np.full(statistics.shape[1], np.inf)
@@ -287,12 +284,8 @@ def _both(pairs: Sequence[Pair]) -> Tally:
 
 def _ranked(episodes: Sequence[JudgedEpisode]) -> list[JudgedEpisode]:
     ends = np.cumsum([len(each.approach) for each in episodes])[:-1]
-    ranks = {
-        name: np.split(rankdata(np.concatenate([getattr(each, name) for each in episodes])), ends)
-        for name in ("approach", "touch")
-    }
-    pairs = zip(ranks["approach"], ranks["touch"], strict=True)
-    return [replace(each, approach=near, touch=touch) for each, (near, touch) in zip(episodes, pairs, strict=True)]
+    ranks = [np.split(rankdata(np.concatenate([getattr(each, name) for each in episodes])), ends) for name in SCORES]
+    return [replace(each, approach=near, touch=touch) for each, near, touch in zip(episodes, *ranks, strict=True)]
 
 
 def _values(table: Tally, name: str, from_now: Mask) -> Array:

@@ -50,25 +50,21 @@ class DetectionScore:
 
 
 def score_verdicts(verdicts: Sequence[Verdict], classes: Sequence[FrameClass | None]) -> DetectionScore:
-    """Compare verdicts with the classes of the same frames.
-
-    Raises:
-        ConfigError: The two differ in length.
-    """
+    """Compare verdicts with the classes of the same frames; `ConfigError` where the two differ in length."""
     if len(verdicts) != len(classes):
         raise ConfigError(f"{len(verdicts)} verdicts for {len(classes)} classes; must be one for each")
     pairs = list(zip(verdicts, classes, strict=True))
     frames, touched = {str(each): sum(one is each for one in classes) for each in FrameClass}, {Contact.TOUCHED}
     return DetectionScore(
         proximity=_task(
-            [(each, one.proximity) for one, each in pairs if each in PROXIMITY_TRUTH],
+            Counter((each, one.proximity) for one, each in pairs),
             {row: {verdict} for row, verdict in PROXIMITY_TRUTH.items()},
             labels={row: str(verdict) for row, verdict in PROXIMITY_TRUTH.items()},
             columns=tuple(Proximity),
             groups=[[row] for row in PROXIMITY_TRUTH],
         ),
         contact=_task(
-            [(each, one.combined) for one, each in pairs if each is not None],
+            Counter((each, one.combined) for one, each in pairs),
             {row: touched if row is FrameClass.CONTACT else set(Contact) - touched for row in FrameClass},
             labels={row: str(row) for row in FrameClass},
             columns=tuple(Contact),
@@ -93,20 +89,21 @@ def contact_right(verdict: Verdict, truth: FrameClass | None) -> bool | None:
 
 
 def _task(
-    said: Sequence[tuple[FrameClass | None, str]],
+    count: Mapping[tuple[FrameClass | None, str], int],
     right: Mapping[FrameClass, Collection[str]],
     *,
     labels: Mapping[FrameClass, str],
     columns: tuple[str, ...],
     groups: Sequence[Sequence[FrameClass]],
 ) -> TaskScore:
-    """Score of classes and verdicts; `right` verdicts of each class, and the classes that weigh as one truth."""
-    count = Counter(said)
+    """Score of counted classes and verdicts; `right` verdicts of each class, and which classes weigh as one truth."""
     frames = {row: sum(count[row, column] for column in columns) for row in right}
     hits = {row: sum(count[row, column] for column in verdicts) for row, verdicts in right.items()}
     recalls = [_share(sum(hits[row] for row in group), sum(frames[row] for row in group)) for group in groups]
+    known = [recall for recall in recalls if recall is not None]
     return TaskScore(
-        accuracy=_mean(recalls), recall={labels[row]: _share(hits[row], frames[row]) for row in right},
+        accuracy=sum(known) / len(known) if len(known) == len(recalls) else None,
+        recall={labels[row]: _share(hits[row], frames[row]) for row in right},
         confusion=tuple(tuple(count[row, column] for column in columns) for row in right),
         row_labels=tuple(labels.values()), column_labels=tuple(map(str, columns)),
     )  # fmt: skip
@@ -114,8 +111,3 @@ def _task(
 
 def _share(part: int, whole: int) -> float | None:
     return part / whole if whole else None
-
-
-def _mean(values: Sequence[float | None]) -> float | None:
-    known = [value for value in values if value is not None]
-    return sum(known) / len(known) if known and len(known) == len(values) else None

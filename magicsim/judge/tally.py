@@ -28,7 +28,10 @@ SIMULATED, RECORDED = "simulated", "recorded"
 noise."""
 LEVEL_NOISE = 0.05
 """Largest difference between means of a frame under other camera noise, or rounded by another processor [grey levels]:
-0.3 grey levels of noise leave 0.001 of them in a frame of 240 x 320 pixels, and 0.01 in one of 48 x 36."""
+0.3 grey levels of noise leave 0.001 of them in a frame of 240 x 320 pixels, and 0.01 in one of 48 x 36. Likewise
+between looks."""
+NOISE_SD = 8.0
+"""Standard deviations of the camera's own noise by which levels and looks may differ where that is more."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,14 +88,24 @@ class FramesSeen:
     """Hash of all pixels, references first, in hexadecimal digits; empty where nobody looked."""
     levels: tuple[float, ...] = ()
     """Mean of each frame after the references [grey levels]."""
+    look: tuple[float, ...] = ()
+    """Means over these frames: red, green and blue of their parts, and of the steps between neighbouring pixels, see
+    `magicsim.evaluation.answers.look_of` [grey levels]; empty in older baselines, where levels alone tell."""
+    level_sd: float = 0.0
+    look_sd: float = 0.0
+    """Standard deviations of a level, and the largest of a look, of references [grey levels]; 0 where unknown."""
 
     def is_alike(self, other: "FramesSeen") -> bool:
         """Whether both differ by camera noise and rounding at most; True where nobody looked at one of them."""
         if not self.digest or not other.digest or self.digest == other.digest:
             return True
-        if len(self.levels) != len(other.levels):
-            return False
-        return bool(np.max(np.abs(np.subtract(self.levels, other.levels)), initial=0.0) <= LEVEL_NOISE)
+        pairs = [(self.levels, other.levels, max(self.level_sd, other.level_sd))]
+        if self.look and other.look:
+            pairs.append((self.look, other.look, max(self.look_sd, other.look_sd) / math.sqrt(len(self.levels))))
+        return all(
+            len(one) == len(two) and np.allclose(one, two, rtol=0, atol=max(LEVEL_NOISE, NOISE_SD * spread))
+            for one, two, spread in pairs
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -150,13 +163,15 @@ def approach_lead(episode: JudgedEpisode) -> Lead | None:
 
 
 def touch_onset(episode: JudgedEpisode) -> Onset | None:
-    """Onset of the first contact; None without a frame of class Contact, and where nobody knows how deep it is."""
+    """Onset of the first touch that is scored; None without a frame of class Contact, or where its depth is unknown."""
     gap, classes = episode.labels.gap_mm, episode.labels.classes
-    if FrameClass.CONTACT not in classes or not (gap <= 0).any():
+    if FrameClass.CONTACT not in classes or not gap[classes.index(FrameClass.CONTACT)] <= 0:
         return None
-    met = int(np.flatnonzero(gap <= 0)[0])
-    left = np.flatnonzero(~(gap[met:] <= 0))
-    end = met + (int(left[0]) if len(left) else len(gap) - met)
+    met = end = classes.index(FrameClass.CONTACT)
+    while met > 0 and gap[met - 1] <= 0:
+        met -= 1
+    while end < len(gap) and gap[end] <= 0:
+        end += 1
     said = [place for place in range(met, end) if episode.contact[place] == Contact.TOUCHED]
     deepest = float(-np.nanmin(gap[met:end]))
     noticed = said[0] if said else end
@@ -190,17 +205,14 @@ class Tally:
 def tally(episodes: Sequence[JudgedEpisode]) -> Tally:
     """Counts, values and pairings of judged episodes."""
     count: dict[str, Array] = {}
+    said = {verdict: [np.array(one.proximity) == verdict for one in episodes] for verdict in Proximity}
+    touched = [np.array(one.contact) == Contact.TOUCHED for one in episodes]
+    alarmed = [one | other for one, other in zip(said[Proximity.APPROACHING], touched, strict=True)]
     for each in FrameClass:
         held = [np.array([one is each for one in episode.labels.classes]) for episode in episodes]
         count[each] = np.array([mask.sum() for mask in held], np.float64)
-        for verdict in Proximity:
-            said = [np.array(episode.proximity) == verdict for episode in episodes]
-            count[f"{each} said {verdict}"] = _both(held, said)
-        touched = [np.array(episode.contact) == Contact.TOUCHED for episode in episodes]
-        count[f"{each} said {Contact.TOUCHED}"] = _both(held, touched)
-        if each in PROXIMITY_TRUTH:
-            near = [np.array(episode.proximity) == Proximity.APPROACHING for episode in episodes]
-            count[f"{each} alarmed"] = _both(held, [one | other for one, other in zip(near, touched, strict=True)])
+        count |= {f"{each} said {verdict}": _both(held, masks) for verdict, masks in said.items()}
+        count |= {f"{each} said {Contact.TOUCHED}": _both(held, touched), f"{each} alarmed": _both(held, alarmed)}
         for score in SCORES:
             count[f"{each} {score}"] = np.array([class_scores(one, score, {each}).sum() for one in episodes])
     leads: list[Any] = [approach_lead(each) for each in episodes]

@@ -4,8 +4,8 @@ An episode as a Parquet table: one row a frame with its truth and every profile'
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -15,7 +15,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from magicsim.arrays import Frame
-from magicsim.detectors.combined import behind_coat, detect, detect_all
+from magicsim.detectors.combined import behind_coat, detect, detect_all, followed
 from magicsim.detectors.profile import DetectorProfile, load_profile
 from magicsim.detectors.rest import References, fuse
 from magicsim.detectors.verdict import NUMBERS, WORDS, FeatureAtRest, Verdict, features_at_rest, marked
@@ -64,10 +64,18 @@ class SensorDetector:
         rest = features_at_rest(detect_all(untouched, references, profile))
         return cls(profile=profile, references=references, rest=rest, is_coated=is_coated)
 
-    def verdict(self, frame: Frame, *, source: str | None = None) -> Verdict:
+    def verdict(self, frame: Frame) -> Verdict:
         """The verdict on a frame, with whether it rests on less than the camera's own repeatability."""
-        verdict = detect(frame, self.references, self.profile, source=source)
+        verdict = detect(frame, self.references, self.profile)
         return marked(behind_coat(verdict) if self.is_coated else verdict, self.rest)
+
+    def verdicts(self, frames: Iterable[Frame]) -> Iterator[Verdict]:
+        """Verdicts on frames as they arrive, units of rest following."""
+        detector = self
+        for frame in frames:
+            verdict = detector.verdict(frame)
+            yield verdict
+            detector = replace(detector, references=followed(detector.references, verdict, detector.profile))
 
 
 def judge(episode: Episode, profile_name: str, *, told: Told = on_stderr) -> Judgement:
@@ -84,7 +92,7 @@ def judge(episode: Episode, profile_name: str, *, told: Told = on_stderr) -> Jud
     with waiting(f"judging {len(episode.frames)} frames", told):
         untouched = [frame.image for frame in episode.references]
         detector = SensorDetector.of(untouched, profile, is_coated=episode.scene.design.is_opaque)
-        verdicts = tuple(detector.verdict(frame.image) for frame in episode.scored)
+        verdicts = tuple(detector.verdicts(frame.image for frame in episode.scored))
     return Judgement(
         profile=profile_name,
         thresholds={"tau_e": profile.tau_e, "tau_c": profile.tau_c, "tau_g": profile.tau_g},

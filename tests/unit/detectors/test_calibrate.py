@@ -104,6 +104,12 @@ def test_fit_is_the_same_every_time():
     assert fit_profile(BASE, EPISODES, SMALL) == fit_profile(BASE, EPISODES, SMALL)
 
 
+def test_value_that_is_given_twice_counts_once():
+    twice = Candidates(tau_b=(35, 35), similarity=("iou", "iou"), difference_blur_px=(0,))
+    once = Candidates(tau_b=(35,), similarity=("iou",), difference_blur_px=(0,))
+    assert fit_profile(BASE, EPISODES, twice).profile == fit_profile(BASE, EPISODES, once).profile
+
+
 def test_what_is_not_fitted_stays():
     base = dataclasses.replace(BASE, entropy_width=0.125, background_count=2)
     fitted = fit_profile(base, EPISODES, SMALL).profile

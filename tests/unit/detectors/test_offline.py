@@ -1,3 +1,4 @@
+import numpy as np
 import pytest
 
 from magicsim.detectors import DetectorProfile, detect, detect_sources, fuse
@@ -36,3 +37,21 @@ def test_references_of_a_touched_sensor_are_warned_about(folders, save, caplog):
 def test_references_of_an_untouched_sensor_are_not(folders, caplog):
     detect_sources(folders / "near.png", folders / "rest", "published")
     assert not caplog.records
+
+
+def test_spread_at_rest_is_told_in_the_units_that_touches_set(tmp_path, save, monkeypatch):
+    random = np.random.default_rng(0)
+    for index in range(30):
+        noisy = grid_frame() + random.normal(0, 4, grid_frame().shape)
+        save(tmp_path / "rest" / f"{index:02}.png", np.clip(noisy, 0, 255).astype(np.uint8))
+    save(tmp_path / "touch.png", grid_frame(shift=3))
+    touches = []
+
+    def recorded(image, references, profile, **named):
+        touches.append(references.rest.touch)
+        return detect(image, references, profile, **named)
+
+    monkeypatch.setattr("magicsim.detectors.offline.detect", recorded)
+    detect_sources(tmp_path / "rest", tmp_path / "rest", "rest-relative", touches=tmp_path / "touch.png")
+    assert len(touches) == 60  # the references, for their spread, and the frames
+    assert None not in touches

@@ -96,7 +96,7 @@ def test_whole_number_is_a_camera_unless_a_file_or_folder_has_that_name(tmp_path
     assert source_kind("0") == source_kind("12") == "camera"
     (tmp_path / "0").mkdir()
     assert source_kind("0") == "folder"
-    for name in ("-1", "1.5", "\u0661"):
+    for name in ("-1", "1.5", "\u0661", "3000000000", "9" * 5000):
         with pytest.raises(ConfigError, match="does not exist"):
             source_kind(name)
 

@@ -27,6 +27,16 @@ def test_plug_in_is_found_in_a_module_a_file_and_an_entry_point(monkeypatch: pyt
         find_detector("blond")
 
 
+def test_file_of_a_plug_in_may_define_its_answer_as_a_dataclass(tmp_path: Path):
+    (tmp_path / "mine.py").write_text(
+        "from __future__ import annotations\nfrom dataclasses import dataclass\n@dataclass\nclass Said:\n"
+        "  proximity: str = 'Normal'\n  contact: str = 'Untouched'\n  approach: float = 0.0\n  touch: float = 0.0\n"
+        "class X:\n  def fit(self, _): pass\n  def step(self, _): return Said()\n"
+    )
+    frame = np.zeros((8, 8, 3), np.uint8)
+    assert detection_of(find_detector(f"{tmp_path / 'mine.py'}:X")(), frame, who="mine") == GOOD
+
+
 class Blind:
     """Never sees anything."""
 

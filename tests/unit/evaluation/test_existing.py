@@ -14,8 +14,8 @@ from dataset.fakes import MIXED, small_recipe
 from magicsim.dataset.generate import generate_dataset
 from magicsim.errors import ConfigError
 from magicsim.evaluation.detector import built_in
-from magicsim.evaluation.evaluate import evaluate_suite
-from magicsim.evaluation.existing import StoredImages, read_existing
+from magicsim.evaluation.evaluate import evaluate, evaluate_suite
+from magicsim.evaluation.existing import StoredImages, existing_footage, read_existing
 from magicsim.evaluation.footage import read_recordings
 from magicsim.evaluation.page import describe
 from magicsim.evaluation.suite import load_suite
@@ -91,6 +91,15 @@ def test_dataset_of_two_versions_of_the_code_is_refused_by_name(tmp_path: Path, 
         read_existing(tmp_path / "set", frames_per_second=1.0)
 
 
+def test_frames_of_the_untouched_sensor_alone_are_refused(tmp_path: Path):
+    cv2.imwrite(str(tmp_path / "0.png"), np.full((8, 6, 3), 20, np.uint8))
+    (tmp_path / "labels.csv").write_text("file,class\n0.png,Reference\n0.png,Reference\n0.png,Reference\n")
+    suite, films = existing_footage(tmp_path, load_suite("small"))
+    for each in ([films], []):
+        with pytest.raises(ConfigError, match="'set' holds no frames to judge"):
+            evaluate_suite(suite, built_in("published"), name="set", detector="x", cache=Path(), films=each)
+
+
 def test_recording_with_classes_alone_is_judged_and_says_its_sensor(tmp_path: Path):
     for number in range(5):
         cv2.imwrite(str(tmp_path / f"{number}.png"), np.full((8, 6, 3), 40 * number, np.uint8))
@@ -112,6 +121,8 @@ def test_recording_with_classes_alone_is_judged_and_says_its_sensor(tmp_path: Pa
 def test_real_frames_that_are_shipped_are_a_suite_of_their_own_sensor():
     suite = load_suite(Path(__file__).resolve().parents[3] / "docs/real-frames/suite.toml")
     found = evaluate_suite(suite, built_in("calibrated", is_coated=True), name="9dtact", detector="x", cache=Path())
+    by_name = evaluate(suite, "calibrated", cache=Path())
+    assert np.array_equal(by_name.episodes[0].touch, found.episodes[0].touch)
     assert found.as_dict()["sensors"] == {"9dtact-ball": "9DTact, unit 1"}
     assert found.not_judged.startswith("proximity: design.coat is opaque")
     assert found.confusion["contact"]["Contact"].keys() == {"Touched", "Untouched", "Unknown"}

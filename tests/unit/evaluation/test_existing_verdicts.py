@@ -6,8 +6,11 @@ import json
 import cv2
 import numpy as np
 
+from magicsim.detectors import detect_all, fuse, load_profile
 from magicsim.detectors.offline import write_verdicts
 from magicsim.evaluation.existing import write_existing_verdicts
+from magicsim.judge.recorded import read_recording
+from magicsim.judge.verdicts import SensorDetector
 
 
 def test_units_of_rest_follow_drift_in_a_recording_as_in_a_folder_of_images(tmp_path):
@@ -23,6 +26,11 @@ def test_units_of_rest_follow_drift_in_a_recording_as_in_a_folder_of_images(tmp_
             cv2.imwrite(str(tmp_path / name), np.clip(image, 0, 255).astype(np.uint8))
             lines.append(f"{name},{int(folder == 'ref')},,0,0")
     (tmp_path / "truth.csv").write_text("\n".join(lines) + "\n")
+    episode, profile = read_recording(tmp_path).episode(), load_profile("rest-relative")
+    detector = SensorDetector.of(episode.references, profile)
+    followed = list(detector.verdicts(episode.frames))
+    assert followed == detect_all(episode.frames, fuse(episode.references, profile), profile)
+    assert followed[-1] != detector.verdict(episode.frames[-1])
     recording, images = io.StringIO(), io.StringIO()
     write_existing_verdicts(recording, tmp_path, "rest-relative", as_json=True)
     write_verdicts(images, tmp_path / "seen", tmp_path / "ref", "rest-relative", as_json=True)

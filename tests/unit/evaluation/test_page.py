@@ -16,6 +16,7 @@ from magicsim.evaluation.baseline import load_baseline, save_baseline
 from magicsim.evaluation.evaluate import Evaluation
 from magicsim.evaluation.page import describe, feature_rows, render_page
 from magicsim.evaluation.pictures import sheet
+from magicsim.judge.tally import FramesSeen
 from magicsim.notebook.screen import EDGE_PX, to_srgb
 
 
@@ -132,7 +133,9 @@ def test_code_of_a_baseline_is_told_where_the_frames_changed(
     same = evaluate(baseline=known)
     assert same.cannot_judge is None
     assert told not in "\n".join(describe(same))  # the frames are the same, so the code does not matter
-    other = {name: replace(one, digest="0", levels=(0.0,) * 25) for name, one in known.episodes.items()}
+    other = {
+        name: replace(one, seen=FramesSeen(digest="0", levels=(0.0,) * 25)) for name, one in known.episodes.items()
+    }
     worse = evaluate(tau_g=0.6, baseline=replace(known, episodes=other))
     assert (worse.is_worse, worse.regressions) == (False, [])
     assert (

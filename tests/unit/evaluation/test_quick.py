@@ -75,7 +75,7 @@ def test_verdicts_on_them_are_those_of_the_baseline_that_comes_with_the_program(
     known = load_baseline(preset_root() / "detectors/baselines/quick-calibrated.json").episodes[film.tag.name]
     profile = load_profile("calibrated")
     judged = judge_footage(film, lambda: ProfileDetector(profile), who="calibrated")
-    assert judged.seen.levels == pytest.approx(known.levels, abs=0.05)
+    assert judged.seen.levels == pytest.approx(known.seen.levels, abs=0.05)
     assert (judged.proximity, judged.contact) == (known.proximity, known.contact)
 
 

@@ -8,6 +8,7 @@ from scipy.special import expit
 
 from evaluation.synthetic import judged
 from magicsim.camera.camera import Camera
+from magicsim.camera.effect_settings import LedDrift
 from magicsim.evaluation.detector import Detection
 from magicsim.evaluation.footage import ExposedTake, Footage
 from magicsim.evaluation.rest import HOUR_S, log_odds, rest_streams
@@ -107,6 +108,22 @@ def test_frames_at_rest_are_new_ones():
     at_rest, references = list(images.at_rest(3)), list(images.references())
     assert all((one != other).any() for one in at_rest for other in references)
     np.testing.assert_array_equal(at_rest[:2], list(images.at_rest(2)))
+
+
+def test_stream_at_rest_goes_on_with_the_drift_of_the_references():
+    images = footage().images
+    camera = images.camera.model_copy(update={"led_drift": LedDrift(share=0.1, time_s=600.0)})
+    for seed in range(5):
+        drifting = replace(images, camera=camera, seed=seed)
+        [*_, last], [first, *_] = drifting.references(), drifting.at_rest(2)
+        assert first.mean() == pytest.approx(last.mean(), abs=1)
+
+
+def test_no_stream_at_rest_is_filmed_where_something_passes(caplog: pytest.LogCaptureFixture):
+    busy = footage(place="corridor")
+    films = [footage(), replace(busy, images=replace(busy.images, passes=True))]
+    assert [each.place for each in streams(-2.0, 1.0, films=films)] == ["own"]
+    assert "no stream at rest is filmed in place corridor" in caplog.text
 
 
 def test_odds_are_finite_at_the_ends():

@@ -21,7 +21,9 @@ def test_threshold_lets_at_most_the_given_share_through():
         scores = random.standard_normal(count)
         for rate in (0.01, 0.05, 0.2):
             assert (scores > threshold_at(scores, rate)).mean() <= rate
-    assert (np.arange(100.0) > threshold_at(np.arange(100.0), 0.05)).mean() == pytest.approx(0.05, abs=0.011)
+            lower = scores[scores < threshold_at(scores, rate)]
+            assert all((scores > each).mean() > rate for each in lower)
+    assert (np.arange(100.0) > threshold_at(np.arange(100.0), 0.05)).mean() == 0.05
 
 
 def test_sharp_scores_are_detected_everywhere_and_chance_at_the_false_alarm_rate():
@@ -39,6 +41,16 @@ def test_bins_hold_every_frame_once_with_its_upper_edge():
         (0.0, 0.5, 6), (0.5, 1.0, 3), (1.0, 2.0, 3), (2.0, 3.0, 6),
     ]  # fmt: skip
     assert all(point.low <= point.rate <= point.high for point in points)
+
+
+@pytest.mark.parametrize(("curve", "sign"), [(detection_by_distance, 1), (detection_by_depth, -1)])
+def test_frame_that_rounding_alone_keeps_from_the_face_is_in_no_bin(curve, sign: int):
+    episode = judged("a")
+    episode.labels.gap_mm[13] = sign * 3e-17
+    episode.labels.gap_mm[9] = np.nan
+    points = [curve([each], false_alarm_rate=0.05, **OPTIONS) for each in (judged("a"), episode)]
+    before, now = (sum(point.frames for point in each) for each in points)
+    assert now == before - 1
 
 
 def test_roc_runs_from_nothing_to_everything():

@@ -99,3 +99,12 @@ def test_onset_is_the_first_touched_and_the_deepest_where_there_is_none():
     assert (late.depth_mm, late.frames) == (0.8, 2)
     never = touch_onset(judged("a", miss=(10, 11, 12, 13)))
     assert (never.depth_mm, never.frames) == (1.0, 4)
+
+
+def test_onset_is_that_of_the_first_touch_that_has_to_be_noticed():
+    blind = judged("a", miss=(10, 11, 12, 13))
+    blind.labels.gap_mm[5] = -0.1  # a light touch, lifted again
+    assert (touch_onset(blind).depth_mm, touch_onset(blind).frames) == (1.0, 4)
+    unknown = judged("a")
+    unknown.labels.gap_mm[10] = np.nan
+    assert touch_onset(unknown) is None
