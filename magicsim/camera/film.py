@@ -139,6 +139,17 @@ def spread_light(image: FloatImage, diffraction: Diffraction | None, glare: Glar
     return np.asarray(idctn(waves * transfer, axes=(0, 1)), np.float32)
 
 
+def blurred_px(camera: Camera) -> float:
+    """Standard deviation of the Gaussian that blur and diffraction together are nearest to [px].
+
+    An aperture's is 0.42 wavelengths times its f-number (Zhang, Zerubia and Olivo-Marin, *Appl. Opt.* 46, 1819, 2007).
+    """
+    if (diffraction := camera.diffraction) is None:
+        return camera.blur_px
+    spot_um = 0.42e-3 * float(np.mean(diffraction.wavelengths_nm)) * diffraction.f_number
+    return float(np.hypot(camera.blur_px, spot_um / diffraction.pixel_um))
+
+
 def frequencies(rows: int, columns: int) -> Array:
     """Spatial frequency of each wave of the cosine transform, shape (rows, columns) [cycles/px]."""
     down, across = np.arange(rows) / (2 * rows), np.arange(columns) / (2 * columns)
