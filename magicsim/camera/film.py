@@ -59,10 +59,7 @@ class Film:
 
 
 def point_spread(image: FloatImage, blur_px: float) -> FloatImage:
-    """An image as blurred as lens and pixels make it, shape (rows, columns, 3).
-
-    A Gaussian, by which the core of most lenses' point spread is met; beyond the image's border its mirror goes on.
-    """
+    """An image blurred by a Gaussian, the core of most lenses' point spread; beyond the border its mirror goes on."""
     if blur_px == 0:
         return image
     return np.asarray(
@@ -93,15 +90,10 @@ def film(design: ElastomerDesign, lens: Lens, camera: Camera, read: Window | Non
         window = Window(column=left, row=top, columns=right - left + 1, rows=bottom - top + 1)
         places = np.asarray(places - first, np.float32)
     return Film(
-        columns=columns,
-        rows=rows,
-        window=window,
-        fov_deg=float(np.degrees(2 * np.arctan(columns / 2 / focal))),
-        places_px=places,
-        camera=camera,
-        inner=read_out.within(read),
+        columns=columns, rows=rows, window=window, fov_deg=float(np.degrees(2 * np.arctan(columns / 2 / focal))),
+        places_px=places, camera=camera, inner=read_out.within(read),
         shading=read_out.of(shading) if shading is not None else None,
-    )
+    )  # fmt: skip
 
 
 def _shading(camera: Camera) -> FloatImage:
