@@ -59,10 +59,7 @@ class Film:
 
 
 def point_spread(image: FloatImage, blur_px: float) -> FloatImage:
-    """An image as blurred as lens and pixels make it, shape (rows, columns, 3).
-
-    A Gaussian, by which the core of most lenses' point spread is met; beyond the image's border its mirror goes on.
-    """
+    """An image blurred by a Gaussian, the core of most lenses' point spread; beyond the border its mirror goes on."""
     if blur_px == 0:
         return image
     return np.asarray(
@@ -93,15 +90,10 @@ def film(design: ElastomerDesign, lens: Lens, camera: Camera, read: Window | Non
         window = Window(column=left, row=top, columns=right - left + 1, rows=bottom - top + 1)
         places = np.asarray(places - first, np.float32)
     return Film(
-        columns=columns,
-        rows=rows,
-        window=window,
-        fov_deg=float(np.degrees(2 * np.arctan(columns / 2 / focal))),
-        places_px=places,
-        camera=camera,
-        inner=read_out.within(read),
+        columns=columns, rows=rows, window=window, fov_deg=float(np.degrees(2 * np.arctan(columns / 2 / focal))),
+        places_px=places, camera=camera, inner=read_out.within(read),
         shading=read_out.of(shading) if shading is not None else None,
-    )
+    )  # fmt: skip
 
 
 def _shading(camera: Camera) -> FloatImage:
@@ -137,6 +129,17 @@ def spread_light(image: FloatImage, diffraction: Diffraction | None, glare: Glar
         transfer *= (1 - glare.share + glare.share * veil)[..., None]
     waves = dctn(np.asarray(image, np.float64), axes=(0, 1))
     return np.asarray(idctn(waves * transfer, axes=(0, 1)), np.float32)
+
+
+def blurred_px(camera: Camera) -> float:
+    """Standard deviation of the Gaussian that blur and diffraction together are nearest to [px].
+
+    An aperture's is 0.42 wavelengths times its f-number (Zhang, Zerubia and Olivo-Marin, *Appl. Opt.* 46, 1819, 2007).
+    """
+    if (diffraction := camera.diffraction) is None:
+        return camera.blur_px
+    spot_um = 0.42e-3 * float(np.mean(diffraction.wavelengths_nm)) * diffraction.f_number
+    return float(np.hypot(camera.blur_px, spot_um / diffraction.pixel_um))
 
 
 def frequencies(rows: int, columns: int) -> Array:

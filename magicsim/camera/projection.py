@@ -81,19 +81,6 @@ def _landed_mm(slopes: Array, depth_mm: float | Array, ior: float, distance_mm: 
     return np.stack([x_slope * reach, y_slope * reach], -1)
 
 
-def face_landing_mm(slopes: Array, design: ElastomerDesign, lens: Lens, camera: Camera) -> Array:
-    """Where rays from the pinhole meet the undeformed contact face, curved or not; arguments as above.
-
-    Fixed point of the height at which a ray lands: rays are steep and faces are not, so that each step gains a digit.
-    """
-    found = landing_mm(slopes, design, lens, camera)
-    if design.face is None:
-        return found
-    for _ in range(LANDING_STEPS):
-        found = landing_mm(slopes, design, lens, camera, z_mm=design.rise_mm(found))
-    return found
-
-
 def project_px(points_mm: Array, design: ElastomerDesign, lens: Lens, camera: Camera) -> Array:
     """Column and row, shape (..., 2) [px], at which the camera sees points of the block, shape (..., 3) [mm].
 
@@ -131,13 +118,18 @@ def pixel_landing_mm(design: ElastomerDesign, lens: Lens, camera: Camera, *, z_m
     x and y in the sensor's frame, of the pixels that are read out, shape (rows, columns, 2) [mm].
     """
     slopes = camera.window.of(pixel_slopes(camera, focal_px(design, lens, camera)))
-    return _plane_landing_mm(slopes, design, lens, camera, z_mm)
+    return _layer_landing_mm(slopes, design, lens, camera, z_mm)
 
 
-def _plane_landing_mm(slopes: Array, design: ElastomerDesign, lens: Lens, camera: Camera, z_mm: float) -> Array:
-    if z_mm == 0:
-        return face_landing_mm(slopes, design, lens, camera)
-    return landing_mm(slopes, design, lens, camera, z_mm=z_mm)
+def _layer_landing_mm(slopes: Array, design: ElastomerDesign, lens: Lens, camera: Camera, z_mm: float) -> Array:
+    """Where rays meet a plane or, with z = 0, the contact face, curved or not.
+
+    Fixed point of the height at which a ray lands: rays are steep and faces are not, so that each step gains a digit.
+    """
+    found = landing_mm(slopes, design, lens, camera, z_mm=z_mm)
+    for _ in range(LANDING_STEPS if z_mm == 0 and design.face is not None else 0):
+        found = landing_mm(slopes, design, lens, camera, z_mm=design.rise_mm(found))
+    return found
 
 
 def picture_mm(design: ElastomerDesign, lens: Lens, camera: Camera) -> Array:
@@ -263,26 +255,17 @@ def _planes(design: ElastomerDesign) -> list[tuple[str, float]]:
     return [("contact face", 0.0), *between, ("bonded face", design.height_mm)]
 
 
-def _layer(
-    name: str, z_mm: float, slopes: Array, design: ElastomerDesign, lens: Lens, camera: Camera
-) -> LayerScale:  # fmt: skip
+def _layer(name: str, z_mm: float, slopes: Array, design: ElastomerDesign, lens: Lens, camera: Camera) -> LayerScale:
     row, column = np.unravel_index(np.square(slopes).sum(2).argmin(), slopes.shape[:2])
     rows, columns = (0, row, slopes.shape[0] // 2), (0, column, slopes.shape[1] // 2)
-    along = _plane_landing_mm(slopes[rows, :], design, lens, camera, z_mm)
-    beside = _plane_landing_mm(slopes[:, columns], design, lens, camera, z_mm)
-    across = np.linalg.norm(np.diff(along, axis=1), axis=2)
-    down = np.linalg.norm(np.diff(beside, axis=0), axis=2)
-    middle_row, middle_column = along[2], beside[:, 2]
+    along = _layer_landing_mm(slopes[rows, :], design, lens, camera, z_mm)
+    beside = _layer_landing_mm(slopes[:, columns], design, lens, camera, z_mm).swapaxes(0, 1)
+    across, down = (np.linalg.norm(np.diff(each, axis=1), axis=2) for each in (along, beside))
+    width, height = (float(np.linalg.norm(each[2, -1] - each[2, 0])) for each in (along, beside))
     return LayerScale(
         name=name,
         z_mm=z_mm,
-        mm_per_pixel=(
-            float(across[1, min(int(column), across.shape[1] - 1)]),
-            float(down[min(int(row), len(down) - 1), 1]),
-        ),
+        mm_per_pixel=(float(across[1, : column + 1][-1]), float(down[1, : row + 1][-1])),
         mm_per_pixel_corner=(float(across[0, 0]), float(down[0, 0])),
-        field_mm=(
-            float(np.linalg.norm(middle_row[-1] - middle_row[0])),
-            float(np.linalg.norm(middle_column[-1] - middle_column[0])),
-        ),
+        field_mm=(width, height),
     )

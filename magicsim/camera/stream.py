@@ -28,6 +28,8 @@ MAX_SETTLING = 2000
 """Frames after which a camera that still corrects its gains is taken to have no balance."""
 SETTLED = 1e-6
 """Largest correction of a settled gain."""
+SETTLING_FRAMES = 50.0
+"""Longest time constant with which the settled gains are looked for: they do not depend on it."""
 CENTRE_SHARE = 0.25
 """Deviation of the centre's weights over each side."""
 
@@ -65,7 +67,9 @@ def settled(sensed: FloatImage, live: LiveExposure, *, aim: float, first: Array)
     """
     if not sensed.any():
         return first
-    exact, gain = live.model_copy(update={"tolerance": 0.0}), first
+    names = ("time_constant_frames", "white_balance_frames")
+    quick = {name: min(getattr(live, name), SETTLING_FRAMES) for name in names}
+    exact, gain = live.model_copy(update={"tolerance": 0.0} | quick), first
     for _ in range(MAX_SETTLING):
         means = metered(sensed, gain, live.metering)
         chosen = corrected(gain, means, exact, aim=aim, first=first)

@@ -61,13 +61,11 @@ def optional_parts() -> list[Part]:
     """Every optional part, installed or not."""
     return [
         Part(
-            name=name,
-            installed=importlib.util.find_spec(module) is not None,
-            without=cost,
+            name=name, installed=importlib.util.find_spec(module) is not None, without=cost,
             get=f"pip install 'magicsim[{source}]'" if source in EXTRAS else f"comes with magicsim ({source})",
         )
         for name, module, cost, source in OPTIONAL
-    ]
+    ]  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,8 +102,7 @@ def examine(*, clear_cache: bool = False) -> Examination:
 
     `clear_cache` removes what is kept: untouched sensors, takes below this folder, copies of frames.
     """
-    problems, store, frames = [], default_store(), frames_folder()
-    takes = kept_takes(TAKES)
+    problems, store, takes, frames = [], default_store(), kept_takes(TAKES), frames_folder()
     copies = kept_copies(frames) if frames is not None else None
     for each in (store, takes, copies) if clear_cache else ():
         if each is not None:

@@ -1,7 +1,7 @@
 """Commands of one design: `press` and `press durometer`, which solve contacts, and `export`."""
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
@@ -48,16 +48,17 @@ def press(
         for name, is_given in others.items():
             if is_given:
                 raise ConfigError(f"{name} is not allowed with {why} a straight press without time")
+    laws: dict[str, Any] = {
+        "friction": friction, "infill_yield_mpa": infill_yield_mpa, "wall_buckling_strain": wall_buckling_strain,
+        "wall_tear_elongation": wall_tear_elongation,
+    }  # fmt: skip
     from magicsim.cli.progress import show_progress
 
     if limits:
         from magicsim.deform.indentation.bearing import press_limits
 
         with show_progress(f"{design}: limits") as progress:
-            found = press_limits(
-                block, thing, depth_mm=depth_mm, friction=friction, infill_yield_mpa=infill_yield_mpa,
-                wall_buckling_strain=wall_buckling_strain, wall_tear_elongation=wall_tear_elongation, progress=progress,
-            )  # fmt: skip
+            found = press_limits(block, thing, depth_mm=depth_mm, **laws, progress=progress)
         print_result(found.as_dict() | {"design_limits": block.limits.model_dump(mode="json")}, as_json=json)
         return
     if depth_mm is None:
@@ -75,11 +76,7 @@ def press(
         depths = [depth_mm * number / (points - 1) for number in range(points)]
         title = f"{object} pressed into {design}" + (f", friction {friction:g}" if friction else "")
         with show_progress(title) as progress:
-            solved = press_curve(
-                block, thing, depths, friction=friction, infill_yield_mpa=infill_yield_mpa,
-                wall_buckling_strain=wall_buckling_strain, wall_tear_elongation=wall_tear_elongation,
-                max_iterations=max_iterations, progress=progress,
-            )  # fmt: skip
+            solved = press_curve(block, thing, depths, **laws, max_iterations=max_iterations, progress=progress)
         write_curve(solved, curve, title=title)
         print_result(solved.result.as_dict() | {"curve": str(curve)}, as_json=json)
         return
@@ -87,10 +84,8 @@ def press(
 
     with show_progress(f"{design}: press") as progress:
         result = solve(
-            block, thing, depth_mm=depth_mm, shear_mm=shear, twist_deg=twist_deg, friction=friction,
-            speed_mm_s=speed_mm_s, hold_s=hold_s, infill_yield_mpa=infill_yield_mpa,
-            wall_buckling_strain=wall_buckling_strain, wall_tear_elongation=wall_tear_elongation, release=release,
-            max_iterations=max_iterations, progress=progress,
+            block, thing, depth_mm=depth_mm, shear_mm=shear, twist_deg=twist_deg, speed_mm_s=speed_mm_s, hold_s=hold_s,
+            **laws, release=release, max_iterations=max_iterations, progress=progress,
         )  # fmt: skip
     print_result(result.as_dict(), as_json=json)
 

@@ -10,16 +10,18 @@ from typing import Any
 import numpy as np
 
 from magicsim.camera.exposure import meter
+from magicsim.camera.film import blurred_px
 from magicsim.config.program import versions
 from magicsim.dataset.recipes.draw import draw_episodes, sensor_of
 from magicsim.dataset.recipes.recipe import Recipe
-from magicsim.distil.examples import Example, ExampleTask, is_held_out, render_example
+from magicsim.distil.examples import HELD_OUT_EVERY, Example, ExampleTask, is_held_out, render_example
 from magicsim.distil.network import find_torch, to_onnx
 from magicsim.distil.training import Library, Training, train
+from magicsim.emulator.emulator import unknown_sensor
 from magicsim.emulator.model import ALL, ErrorRow, Interval, ModelFacts, TouchModel, coarse, rest_key, sensor_facts
 from magicsim.errors import ConfigError, OutputError
 from magicsim.folder.ledger import RESUMABLE, Ledger
-from magicsim.folder.result import result_file
+from magicsim.folder.result import check_file, result_file
 from magicsim.folder.target import output_errors, sole_writer
 from magicsim.light.variant import activate_variant
 from magicsim.scenes.scene import SceneConfig
@@ -73,12 +75,20 @@ def distil(
         progress: Told as work ends.
 
     Raises:
-        ConfigError: PyTorch or ONNX is not installed, or the recipe draws what is not allowed or is of the fast tier.
-        OutputError: A folder is not ours, or nothing of the recipe touches.
+        ConfigError: PyTorch or ONNX is not installed, or the recipe draws what is not allowed, is of the fast tier, or
+            of a sensor that no model can know.
+        OutputError: A folder is not ours, the file cannot be written, or nothing of the recipe touches.
     """
     find_torch()
     if recipe.render.tier == "fast":
         raise ConfigError("render.tier = 'fast' is not allowed: a model is distilled from true frames")
+    if (problem := unknown_sensor(recipe.design, recipe.rig, recipe.contact)) is not None:
+        raise ConfigError(f"no model is made of this sensor: {problem}")
+    if recipe.episodes < HELD_OUT_EVERY:
+        raise ConfigError(
+            f"episodes = {recipe.episodes} is not allowed: must be at least {HELD_OUT_EVERY}, of which one judges"
+        )
+    check_file(out)
     start = time.perf_counter()
     FOLDER.check(work, resume=resume)
     with output_errors(work, then=RESUMABLE), sole_writer(work):
@@ -160,6 +170,7 @@ def _facts(name: str, paths: list[Path], rest: str) -> ModelFacts:
         depth_mm=max(touch["depth_mm"] for each in examples for touch in each["touches"]),
         specular=max(each["specular"] for each in examples),
         spacing_mm=min(spacings, default=0.0),
+        blur_px=blurred_px(_scene(examples[0]).rig.camera),
         touches=sum(len(each["touches"]) for each in examples),
         versions=versions(),
     )
@@ -195,7 +206,7 @@ def measure(model: TouchModel, library: Library) -> list[ErrorRow]:
 def _errors(model: TouchModel, example: Example, library: Library) -> Iterator[tuple[int, tuple[float, float, float]]]:
     """Mean squares of change, error and the true tier's error of each touch, by products of independent images."""
     maker, scene = library.maker(example), _scene(example.facts)
-    gain = 255 * meter(example.rest, scene.rig.camera)
+    gain = 255 * meter(example.rest, scene.rig.camera, scene.rig.lit)
     for touch in range(len(example.mask)):
         fields, gate = example.fields(maker, touch)
         answer = gate[..., None] * model.predict(fields)

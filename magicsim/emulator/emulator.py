@@ -49,8 +49,6 @@ class Emulator:
             image: Radiance of the untouched sensor, shape (rows, columns, 3).
             fields: Gives what makes its fields.
         """
-        if image.shape[0] % 2 or image.shape[1] % 2:
-            return f"a picture of {image.shape[1]} x {image.shape[0]} pixels is odd, and none that a model knows"
         if (
             rest_key(design, rig) == model.facts.rest_key
             and (off := _difference(coarse(image), model.rest)) > SAME_REST
@@ -93,6 +91,21 @@ class Emulator:
         return np.asarray(np.maximum(before + change, 0), np.float32)
 
 
+def unknown_sensor(design: ElastomerDesign, rig: Rig, contact: ContactSettings) -> str | None:
+    """Why no model can know a sensor, whatever it was distilled from; None where one may. See `known_model`."""
+    camera = rig.camera
+    for is_unknown, what in (
+        (design.is_opaque or design.face is not None, "a face with a coat or a shape"),
+        (contact.coupling != "wet", "contact.coupling = 'dry'"),
+        (contact.rate_dependent or contact.keeps_dent, "a material that relaxes or yields"),
+        (camera.region_px is not None or camera.glare is not None, "a picture with camera.region_px or glare"),
+        (camera.columns % 2 or camera.rows % 2, f"an odd picture of {camera.columns} x {camera.rows} pixels"),
+    ):
+        if is_unknown:
+            return f"{what} is none that a model knows"
+    return None
+
+
 def known_model(
     design: ElastomerDesign, rig: Rig, target: ObjectBase | None, contact: ContactSettings, settings: RenderSettings
 ) -> TouchModel | str:  # fmt: skip
@@ -108,14 +121,8 @@ def known_model(
     Raises:
         ConfigError: The named file does not exist or is not a model.
     """
-    for is_unknown, what in (
-        (design.is_opaque or design.face is not None, "a face with a coat or a shape"),
-        (contact.coupling != "wet", "contact.coupling = 'dry'"),
-        (contact.rate_dependent or contact.keeps_dent, "a material that relaxes or yields"),
-        (rig.camera.region_px is not None or rig.camera.glare is not None, "a picture with camera.region_px or glare"),
-    ):
-        if is_unknown:
-            return f"{what} is none that a model knows"
+    if (problem := unknown_sensor(design, rig, contact)) is not None:
+        return problem
     model, reason = find_model(settings.model, design, rig)
     if model is None:
         return reason
@@ -123,6 +130,8 @@ def known_model(
     gloss, spacing = getattr(target, "specular", 0.0), getattr(target, "spacing_mm", np.inf)
     if gloss > facts.specular:
         return f"object.specular = {gloss:g} is more than the {facts.specular:g} that its model knows"
+    if np.isfinite(spacing) and facts.spacing_mm == 0:
+        return f"object.spacing_mm = {spacing:g} is not known: its model learned from no texture"
     if spacing < facts.spacing_mm:
         return f"object.spacing_mm = {spacing:g} is finer than the {facts.spacing_mm:g} that its model knows"
     return model

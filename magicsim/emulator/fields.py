@@ -20,7 +20,6 @@ import numpy.typing as npt
 
 from magicsim.arrays import Array, FloatImage, Mask
 from magicsim.camera.projection import pixel_landing_mm
-from magicsim.errors import ConfigError
 from magicsim.geometry.design import ElastomerDesign
 from magicsim.scenes.rig import Rig
 
@@ -80,15 +79,8 @@ class FieldMaker:
             design: The block.
             rig: Lens and camera.
             nodes_mm: Nodes of the design's lattice at rest, shape (nodes, 3) [mm].
-            rest: Radiance of the untouched sensor, shape (rows, columns, 3).
-
-        Raises:
-            ConfigError: Rows or columns are odd.
+            rest: Radiance of the untouched sensor, shape (rows, columns, 3), both even.
         """
-        if rest.shape[0] % 2 or rest.shape[1] % 2:
-            raise ConfigError(
-                f"camera.rows = {rest.shape[0]} and columns = {rest.shape[1]} are not allowed: must be even"
-            )
         x, y, z = (np.unique(np.round(nodes_mm[:, axis], 5)) for axis in range(3))
         seen, warp = (
             {_nearest(z, share * design.height_mm) for share in each} for each in (SHIFT_HEIGHTS, WARP_HEIGHTS)

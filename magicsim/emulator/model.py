@@ -8,6 +8,7 @@ import hashlib
 import io
 import json
 import zipfile
+import zlib
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
@@ -19,6 +20,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from magicsim.arrays import FloatImage
+from magicsim.camera.film import blurred_px
 from magicsim.config.documents import dotted
 from magicsim.config.models import Config, validate
 from magicsim.config.named_files import MODEL_SUFFIX
@@ -40,6 +42,9 @@ SAME_REST = 0.02
 BESIDE = 0.5
 """By how much of the interval of what the model learned from a setting may lie beside it: few printed units span less
 than all do, and the network sees the untouched image of each."""
+SAME_BLUR_PX = 0.3
+"""By how much pictures may be blurred otherwise than those that the model learned from [px]: at 1 px the touch of a
+ball is as far off as at 0.7, at 3 px as far as if nothing touched."""
 UNSEEN = {"schema_version", "mounting", "lattice", "limits"}
 """Settings of a design that no picture depends on but through displacements, which the network sees."""
 SEED = ".seed"
@@ -93,7 +98,9 @@ class ModelFacts(Config):
     specular: Number
     """Glossiest object."""
     spacing_mm: Amount
-    """Finest texture."""
+    """Finest texture; 0 where it learned from none."""
+    blur_px: Amount = 0.7
+    """Blur of its pictures, see `blurred_px`; by default that of the models that do not say it."""
     touches: Count
     """Touches that it learned from."""
     errors: list[ErrorRow] = Field(default_factory=list)
@@ -122,7 +129,7 @@ class TouchModel:
             with zipfile.ZipFile(path) as archive:
                 facts, network = json.loads(archive.read(FACTS)), archive.read(NETWORK)
                 rest = np.load(io.BytesIO(archive.read(REST)), allow_pickle=False)
-        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+        except (OSError, EOFError, KeyError, ValueError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
             raise ConfigError(f"{field} = '{path}' is not a model of touches: {error}") from None
         return cls(facts=validate(ModelFacts, facts, source=str(path)), network=network, rest=rest)
 
@@ -150,6 +157,11 @@ class TouchModel:
                 continue
             allowed = f"{known[0]:g} to {known[1]:g}" if isinstance(known, tuple) else known
             return f"{name} = {value} is not what the model '{self.facts.name}' knows ({allowed})"
+        blur, known_px = blurred_px(rig.camera), self.facts.blur_px
+        if abs(blur - known_px) > SAME_BLUR_PX:
+            allowed = f"{max(0, known_px - SAME_BLUR_PX):.2g} to {known_px + SAME_BLUR_PX:.2g}"
+            what = f"a blur of {blur:.2g} px by camera.blur_px and camera.diffraction"
+            return f"{what} is not what the model '{self.facts.name}' knows ({allowed})"
         return None
 
     def predict(self, fields: Fields) -> FloatImage:

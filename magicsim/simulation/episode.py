@@ -72,7 +72,7 @@ class FrameTruth:
         gap = self.state.gap_mm
         if gap is None:
             return "flashlight" if self.state.flashlight else "untouched"
-        place = f"gap {gap:.2g} mm" if gap > 0 else f"{-gap:.2g} mm deep, {self.force_n[2]:.2g} N"
+        place = f"gap {gap:.2g} mm" if gap > 0 else f"{self.depth_mm:.2g} mm deep, {self.force_n[2]:.2g} N"
         return f"{place}, flashlight" if self.state.flashlight else place
 
 

@@ -78,15 +78,10 @@ def run_scene(scene: SceneConfig, out: Path, *, progress: Progress | None = None
         judging = importlib.import_module("magicsim.report.episode_report")  # it stands above the simulation
         seconds, judged = judging.report_episode(folder, episode, describe(scene, estimator))
     return RunSummary(
-        frames=len(episode.frames),
-        seconds=round(episode.seconds + seconds, 3),
-        seconds_total=round(time.perf_counter() - start, 3),
-        variant=activate_variant(),
-        estimator=estimator,
-        **judged,
-        report=str(out / judging.REPORT) if scene.output.report else None,
-        out=str(out),
-    )
+        frames=len(episode.frames), seconds=round(episode.seconds + seconds, 3),
+        seconds_total=round(time.perf_counter() - start, 3), variant=activate_variant(), estimator=estimator, **judged,
+        report=str(out / judging.REPORT) if scene.output.report else None, out=str(out),
+    )  # fmt: skip
 
 
 def write_episode(folder: Path, episode: Episode, printed: Lattice) -> None:

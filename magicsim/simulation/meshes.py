@@ -209,13 +209,11 @@ def attach_meshes(elastomer: Elastomer, lattice: Lattice) -> Meshes:
     if cells is not None and grid is not None:
         infill = cell_correctors(elastomer.design, grid, lattice, cells.vertices, elastomer.drawn_cell_mm)
     return Meshes(
-        body=follow_map(lattice, body),
+        body=follow_map(lattice, body), infill=infill, is_face=is_face,
         face=FollowMap(points_mm=body[is_face], weights=face_weights(lattice, body[is_face, :2])),
-        infill=infill,
-        is_face=is_face,
         markers=follow_map(lattice, disks_below.vertices) if disks_below is not None else None,
         face_edges=triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2),
-    )
+    )  # fmt: skip
 
 
 def deformed_vertices(
@@ -240,18 +238,18 @@ def deformed_vertices(
     followed = meshes.body.displaced(displacements_mm)
     followed[meshes.is_face] = meshes.face.displaced(displacements_mm)
     followed = still(followed, meshes.body.points_mm, still_mm)
+    infill = None
+    if meshes.infill is not None:
+        infill = still(meshes.infill.displaced(displacements_mm), meshes.infill.points_mm, still_mm)
     if indenter is None:
-        if meshes.infill is None:
-            return followed, None
-        return followed, still(meshes.infill.displaced(displacements_mm), meshes.infill.points_mm, still_mm)
+        return followed, infill
     distance = indenter.distance
     body = settle(followed, meshes.is_face, distance, clearance)
     if contact.coupling == "dry":
         middles = (body[meshes.face_edges[:, 0]] + body[meshes.face_edges[:, 1]]) / 2
         clearance += max(0.0, clearance - float(distance(middles)[0].min()))
         body = settle(followed, meshes.is_face, distance, clearance)
-    if meshes.infill is None:
+    if infill is None:
         return body, None
-    infill = still(meshes.infill.displaced(displacements_mm), meshes.infill.points_mm, still_mm)
     check_skin(infill, distance, clearance)
     return body, settle(infill, np.zeros(len(infill), bool), distance, clearance)

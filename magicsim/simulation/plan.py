@@ -162,14 +162,17 @@ def _explain(
     ]
     rendered = sum(frame.same_as is None for frame in frames)
     decide("mesh and BVH update", rendered, "something moved", "nothing moved since an earlier frame that is reused")
-    lightened = sum(frame.same_as is None and _changes_light(scene, frame) for frame in frames)
+    lightened = sum(
+        frame.same_as is None and (scene.design.scatters or (frame.state.has_object and not scene.design.is_opaque))
+        for frame in frames
+    )
     why_not = "same pose and light as an earlier frame"
     decide("light pass", lightened, "the light changes", why_not if lightened == rendered else "nothing scatters")
     left_out += _behind_coat(scene)
     decide("camera pass", rendered, "the image changes", "same pose and light as an earlier frame")
     _explain_tier(scene, kept, left_out)
-    for name, there in _outside(scene, frames).items():
-        decide(f"{name} in the optical scene", there, *SEEN[name])
+    for name, there, why, why_not in () if scene.design.is_opaque else _outside(frames):
+        decide(f"{name} in the optical scene", there, why, why_not)
     references = f"{scene.references} frames: one untouched state, each frame with noise of its own"
     if scene.rig.moving is not None and not scene.design.is_opaque:
         references = f"{scene.references} frames of the untouched sensor: something passes in the room"
@@ -201,25 +204,16 @@ def _explain_tier(scene: SceneConfig, kept: list[Decision], left_out: list[Decis
     left_out.append(Decision(stage=stage, reason=known))
 
 
-SEEN = {"object": ("the object is there", "no object"), "flashlight": ("the light is on", "the light is off")}
-"""Why something outside is in the optical scene, and why it is not."""
-
-
-def _outside(scene: SceneConfig, frames: list[FramePlan]) -> dict[str, int]:
-    """Frames with something outside that can be seen, by what it is."""
-    if scene.design.is_opaque:
-        return {}
-    return {
-        "object": sum(frame.state.has_object for frame in frames),
-        "flashlight": sum(frame.state.flashlight for frame in frames),
-    }
+def _outside(frames: list[FramePlan]) -> Iterator[tuple[str, int, str, str]]:
+    """What stands outside, in how many frames, and why it is in the optical scene or not."""
+    yield "object", sum(frame.state.has_object for frame in frames), "the object is there", "no object"
+    yield "flashlight", sum(frame.state.flashlight for frame in frames), "the light is on", "the light is off"
 
 
 def _behind_coat(scene: SceneConfig) -> list[Decision]:
-    if not scene.design.is_opaque:
-        return []
     reason = "design.coat is opaque: what is outside is not seen, only what it does to the face"
-    return [Decision(stage="object, flashlight and room in the optical scene", reason=reason)]
+    stage = "object, flashlight and room in the optical scene"
+    return [Decision(stage=stage, reason=reason)] if scene.design.is_opaque else []
 
 
 def _failures(scene: SceneConfig) -> Iterator[tuple[bool, Decision]]:
@@ -246,11 +240,6 @@ def _coat(scene: SceneConfig) -> tuple[list[Decision], list[Decision]]:
     wrinkle = coat.wrinkle_mm(scene.design.materials.body.youngs_modulus_mpa)
     bends = f"it counts where the face bends over {wrinkle:.2g} mm or less; contacts should be some times as wide"
     return [Decision(stage="coat as a membrane", reason=felt)], [Decision(stage="bending of the coat", reason=bends)]
-
-
-def _changes_light(scene: SceneConfig, frame: FramePlan) -> bool:
-    """Whether particles have to be traced for a frame that is rendered."""
-    return scene.design.scatters or (frame.state.has_object and not scene.design.is_opaque)
 
 
 def _why_no_solve(frame: FramePlan) -> str:

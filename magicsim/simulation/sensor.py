@@ -53,20 +53,12 @@ class Sensor:
     """One sensor: solves and renders states on request, reusing what has not changed."""
 
     def __init__(
-        self,
-        design: ElastomerDesign,
-        rig: Rig,
-        target: ObjectBase | None = None,
-        *,
-        contact: ContactSettings | None = None,
-        render: RenderSettings | None = None,
-        states: Sequence[FrameState] = (),
-        seed: int = 0,
-        step_s: float = STEP_S,
-        untouched: UntouchedStates | None = None,
-        companion: SurfaceMesh | None = None,
+        self, design: ElastomerDesign, rig: Rig, target: ObjectBase | None = None, *,
+        contact: ContactSettings | None = None, render: RenderSettings | None = None,
+        states: Sequence[FrameState] = (), seed: int = 0, step_s: float = STEP_S,
+        untouched: UntouchedStates | None = None, companion: SurfaceMesh | None = None,
         opposite: "Callable[[], Sensor | None] | None" = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Builds geometry, lattice and renderer.
 
         Args:
@@ -126,26 +118,15 @@ class Sensor:
         Args:
             scene: What happens.
             states: Where the object may touch, in place of the scene's own states.
-            untouched: Untouched states of sensors that other episodes share.
+            untouched: See the sensor itself, whose errors are raised too.
             companion: See the sensor itself.
             opposite: See the sensor itself.
-
-        Raises:
-            MagicsimError: As the sensor itself.
         """
         return cls(
-            scene.design,
-            scene.rig,
-            scene.object,
-            contact=scene.contact,
-            render=scene.render,
-            states=timeline(scene) if states is None else states,
-            seed=scene.seed,
-            step_s=1 / scene.frames_per_second,
-            untouched=untouched,
-            companion=companion,
-            opposite=opposite,
-        )
+            scene.design, scene.rig, scene.object, contact=scene.contact, render=scene.render,
+            states=timeline(scene) if states is None else states, seed=scene.seed, step_s=1 / scene.frames_per_second,
+            untouched=untouched, companion=companion, opposite=opposite,
+        )  # fmt: skip
 
     @cached_property
     def printed(self) -> Lattice:
@@ -206,14 +187,9 @@ class Sensor:
             surface = self.object.surface()
             finish = Finish.of(self.object, surface)
         return Renderer(
-            self.elastomer,
-            self.rig,
-            self.settings,
-            seed=self.seed,
-            object_mesh=surface,
-            object_finish=finish,
+            self.elastomer, self.rig, self.settings, seed=self.seed, object_mesh=surface, object_finish=finish,
             untouched=untouched,
-        )
+        )  # fmt: skip
 
     def warm_up(self, states: Sequence[FrameState]) -> None:
         """Compiles every kernel that some states need, so that the frames themselves are timed without it."""
@@ -246,15 +222,11 @@ class Sensor:
                 return known
         if self._solver is None:
             self._solver = ContactSolver(
-                self.lattice,
-                options=self._solve.newton,
-                friction=self.contact.friction,
-                point_spacing_mm=point_spacing_mm(indenter.shape),
-                branches=self._branches(),
-                recovers=self.contact.recovers,
-                core=CoreLaw.of(self.design, self.lattice, self.contact.failure),
+                self.lattice, options=self._solve.newton, friction=self.contact.friction,
+                point_spacing_mm=point_spacing_mm(indenter.shape), branches=self._branches(),
+                recovers=self.contact.recovers, core=CoreLaw.of(self.design, self.lattice, self.contact.failure),
                 max_iterations=self.contact.max_iterations,
-            )
+            )  # fmt: skip
         start = previous if not previous.is_rest else None
         found = self._solver.solve(indenter, start, dt_s=self.step_s)
         if found.core is not None and (torn := int(found.core.torn.sum())):
@@ -275,12 +247,9 @@ class Sensor:
         Args:
             settings: Which taxels, and what of them.
         """
+        spacing_mm = point_spacing_mm(self.object.shape()) if self.object is not None else POINT_SPACING_MM
         return TouchTruth.of(
-            self.design,
-            self.lattice,
-            settings,
-            point_spacing_mm=point_spacing_mm(self.object.shape()) if self.object is not None else POINT_SPACING_MM,
-            branches=self._branches(),
+            self.design, self.lattice, settings, point_spacing_mm=spacing_mm, branches=self._branches()
         )
 
     def _branches(self) -> Branches | None:

@@ -86,13 +86,9 @@ class Rendering:
 
 
 def render(
-    scene: SceneConfig,
-    frame: int = 0,
-    *,
-    basis: bool = False,
-    relative_error: float | None = None,
+    scene: SceneConfig, frame: int = 0, *, basis: bool = False, relative_error: float | None = None,
     told: Told = on_stderr,
-) -> Rendering:
+) -> Rendering:  # fmt: skip
     """Renders the linear radiance of one scored frame.
 
     Args:
@@ -135,37 +131,26 @@ def _rendered(
     view = sensor.view(state, deformation)
     sensor.renderer.warm_up(view)
     before = time.perf_counter()
-    refinement = sensor.renderer.refined(view, relative_error) if relative_error is not None else None
-    if refinement is not None:
-        images = {"": refinement.image}
+    passes, error = 1, None
+    if relative_error is not None:
+        refinement = sensor.renderer.refined(view, relative_error)
+        images, passes, error = {"": refinement.image}, refinement.passes, refinement.relative_error
     else:
         images = sensor.renderer.basis(view) if basis else {"": sensor.renderer.plain_radiance(view)}
     seconds = time.perf_counter() - before
+    means = [image.mean((0, 1), dtype=np.float64) for image in images.values()]
     still = Still(
-        seconds=seconds,
-        seconds_total=time.perf_counter() - start,
-        estimator=sensor.renderer.estimator,
-        variant=activate_variant(),
-        mean=np.sum(
-            [np.zeros(3), *(image.mean((0, 1), dtype=np.float64) for image in images.values())], axis=0
-        ).tolist(),
-        lights=[name for name in images if name],
-        passes=refinement.passes if refinement is not None else 1,
-        relative_error=refinement.relative_error if refinement is not None else None,
-        out=None,
-    )
+        seconds=seconds, seconds_total=time.perf_counter() - start, estimator=sensor.renderer.estimator,
+        variant=activate_variant(), mean=np.sum([np.zeros(3), *means], axis=0).tolist(),
+        lights=[name for name in images if name], passes=passes, relative_error=error, out=None,
+    )  # fmt: skip
     return Rendering(images=images, still=still)
 
 
 def render_still(
-    scene: SceneConfig,
-    frame: int,
-    out: Path | None,
-    *,
-    basis: bool = False,
-    relative_error: float | None = None,
+    scene: SceneConfig, frame: int, out: Path | None, *, basis: bool = False, relative_error: float | None = None,
     told: Told = on_stderr,
-) -> Still:
+) -> Still:  # fmt: skip
     """Renders as `render`, into a file.
 
     Args:

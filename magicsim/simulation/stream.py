@@ -124,19 +124,17 @@ class Shot:
         design, rig, markers_mm = sensor.design, sensor.rig, sensor.markers_mm(deformation)
         image, later = self.camera.take(rendered.radiance, memory, at)
         self.watch.see(image, index=at.index, flashlight=state.flashlight)
+        mask = contact_mask(deformation, landing) if landing is not None and output.contact_mask else None
+        depth = depth_map_mm(deformation, landing, design) if landing is not None and output.depth_map else None
         frame = SimulatedFrame(
             image=image,
             truth=frame_truth(
                 state, deformation, design.limits, index=at.index, time_s=at.time_s, is_reference=rendered.is_reference
             ),
             labels=FrameLabels(
-                contact_mask=contact_mask(deformation, landing)
-                if landing is not None and output.contact_mask
-                else None,
+                contact_mask=mask,
                 displacements_mm=sensor.printed_displacements_mm(deformation) if output.displacements else None,
-                depth_map_mm=depth_map_mm(deformation, landing, design)
-                if landing is not None and output.depth_map
-                else None,
+                depth_map_mm=depth,
                 markers_mm=markers_mm,
                 markers_px=project_px(markers_mm, design, rig.lens, rig.camera) if markers_mm is not None else None,
                 touch=touch,
@@ -205,13 +203,9 @@ def stream_states(sensor: Sensor, plan: ScenePlan, untouched: tuple[FloatImage, 
         if number >= 0 and number in reused:
             rendered[number] = radiance, origin
         yield RenderedState(
-            state=frame.state,
-            deformation=deformation,
-            radiance=radiance,
-            origin=origin,
-            index=first + number,
+            state=frame.state, deformation=deformation, radiance=radiance, origin=origin, index=first + number,
             is_reference=number < 0,
-        )
+        )  # fmt: skip
 
 
 def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
@@ -223,13 +217,9 @@ def stream_frames(sensor: Sensor, plan: ScenePlan) -> Iterator[SimulatedFrame]:
     untouched = sensor.render(UNTOUCHED, sensor.rest)
     touch = sensor.touch_truth(scene.output.taxels) if scene.output.taxels is not None else None
     shot = Shot.of(sensor, scene.output, sensor_camera(sensor, untouched[0]))
-    memory = shot.camera.begin(scene.frames_per_second)
+    rate = scene.frames_per_second
+    memory = shot.camera.begin(rate)
     for each in stream_states(sensor, plan, untouched):
-        at = Instant(
-            seed=scene.seed,
-            index=each.index,
-            time_s=each.index / scene.frames_per_second,
-            frames_per_second=scene.frames_per_second,
-        )
+        at = Instant(seed=scene.seed, index=each.index, time_s=each.index / rate, frames_per_second=rate)
         frame, memory = shot.take(each, memory, at, touch=touch.fields(each.deformation) if touch is not None else None)
         yield frame

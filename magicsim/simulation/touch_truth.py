@@ -47,14 +47,9 @@ class TouchTruth:
 
     @classmethod
     def of(
-        cls,
-        design: ElastomerDesign,
-        lattice: Lattice,
-        settings: TaxelSettings,
-        *,
-        point_spacing_mm: float = POINT_SPACING_MM,
-        branches: Branches | None = None,
-    ) -> Self:
+        cls, design: ElastomerDesign, lattice: Lattice, settings: TaxelSettings, *,
+        point_spacing_mm: float = POINT_SPACING_MM, branches: Branches | None = None,
+    ) -> Self:  # fmt: skip
         """Prepares a sensor."""
         grid = TaxelGrid.over(lattice, rows=settings.rows, columns=settings.columns)
         return cls(

@@ -85,6 +85,16 @@ def test_exposure_settles_at_its_aim_where_some_pixels_are_saturated():
     assert gain == pytest.approx([(0.4 - 1 / 8) / (7 / 8) / 0.1] * 3, rel=1e-3)
 
 
+@pytest.mark.parametrize("slow", [{"time_constant_frames": 5000.0}, {"white_balance_frames": 5000.0}])
+def test_a_slow_camera_settles_where_a_quick_one_does(slow):
+    image = flat(0.1, 0.2, 0.4)
+    image[3:5, 3:5] *= 3
+    live = LiveExposure(metering="centre", tolerance=0.0)
+    quick = settled(image, live, aim=0.3, first=np.ones(3))
+    found = settled(image, live.model_copy(update=slow), aim=0.3, first=np.ones(3))
+    assert found == pytest.approx(quick, rel=3e-4)
+
+
 def test_what_the_limits_cannot_reach_is_one_line():
     image = flat(0.0, 0.0, 0.0)
     image[0] = 40.0

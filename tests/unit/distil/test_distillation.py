@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,14 +11,14 @@ from magicsim.config.presets import preset_root
 from magicsim.config.program import versions
 from magicsim.dataset.recipes.draw import draw_episodes
 from magicsim.dataset.recipes.recipe import load_recipe
-from magicsim.distil.distillation import distil, example_name
+from magicsim.distil.distillation import distil, example_name, measure
 from magicsim.distil.examples import Example, ExampleTask, is_held_out, render_example
 from magicsim.distil.network import build_network, start_from
-from magicsim.distil.training import CHECKPOINT, Training
+from magicsim.distil.training import CHECKPOINT, Library, Training
 from magicsim.emulator.emulator import EMULATED
 from magicsim.emulator.model import MODELS, TouchModel
 from magicsim.errors import ConfigError, OutputError
-from magicsim.scenes.scene import load_scene
+from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import FrameState
 from magicsim.simulation.sensor import Sensor
 from magicsim.workers.attempt import WorkerOptions
@@ -121,6 +122,56 @@ def test_a_recipe_of_the_fast_tier_is_refused(tmp_path):
     with pytest.raises(ConfigError, match=r"^render\.tier = 'fast' is not allowed: a model is distilled from true"):
         distil(recipe, tmp_path / "a.touch", tmp_path / "b", options=OPTIONS, training=Training())
     assert not (tmp_path / "b").exists()
+
+
+@pytest.mark.parametrize(
+    ("settings", "line"),
+    [
+        (["design=gelsight-type"], r"^no model is made of this sensor: a face with a coat or a shape is none that"),
+        (["contact.coupling=dry"], r"^no model is made of this sensor: contact\.coupling = 'dry'"),
+        (["rig.camera.rows=63"], r"^no model is made of this sensor: an odd picture of 48 x 63 pixels"),
+        (["episodes=7"], r"^episodes = 7 is not allowed: must be at least 8, of which one judges"),
+    ],
+)
+def test_what_can_be_no_model_is_told_before_anything_is_rendered(tmp_path, settings, line):
+    pytest.importorskip("torch")
+    pytest.importorskip("onnx")
+    with pytest.raises(ConfigError, match=line):
+        distil(
+            load_recipe("distil", [*SMALL, *settings]), tmp_path / "a.touch", tmp_path / "b", options=OPTIONS,
+            training=Training(),
+        )  # fmt: skip
+    assert not (tmp_path / "b").exists()
+
+
+def test_a_file_that_cannot_be_written_is_told_before_anything_is_rendered(recipe, tmp_path):
+    pytest.importorskip("torch")
+    pytest.importorskip("onnx")
+    (tmp_path / "a.touch").mkdir()
+    with pytest.raises(OutputError, match="is a folder; name a file"):
+        distil(recipe, tmp_path / "a.touch", tmp_path / "b", options=OPTIONS, training=Training())
+    assert not (tmp_path / "b").exists()
+
+
+def test_errors_are_told_of_a_sensor_that_one_colour_lights():
+    rig = "rig.strips=[{side='-x',radiance=[5.0,0.0,0.0]}]"
+    task = ExampleTask(number=7, episode=draw_episodes(load_recipe("distil", [*SMALL, rig]))[7], images=2)
+    example = render_example(task)
+    scene = SceneConfig.model_validate(Example.read(example).facts["scene"])
+
+    class Silent(TouchModel):
+        def predict(self, fields):
+            return np.zeros((64, 48, 3), np.float32)
+
+    class One(Library):
+        def read(self, number):
+            return Example.read(example)
+
+    shipped = TouchModel.read(preset_root() / MODELS / "mini-magictac.touch")
+    model = Silent(facts=shipped.facts, network=b"", rest=shipped.rest)
+    every = measure(model, One(paths=[Path("one")]))[0]
+    assert scene.rig.lit == (True, False, False)
+    assert every.error == every.change > 0
 
 
 def test_without_pytorch_one_line_says_what_to_install(recipe, tmp_path, monkeypatch):

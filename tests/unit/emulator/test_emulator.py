@@ -1,6 +1,8 @@
 """The fast tier of a sensor: what is emulated, what is rendered, and what is refused in one line."""
 
+import io
 import re
+import zipfile
 from dataclasses import replace
 from functools import partial
 
@@ -138,7 +140,7 @@ def test_fields_of_a_unit_are_made_once_but_for_a_lens_that_blurs_otherwise(fast
         return sensor.emulation.emulator.fields, sensor.radiance(UNTOUCHED, sensor.rest)
 
     one, _ = fields()
-    other, image = fields("rig.camera.blur_px=2.0")
+    other, image = fields("rig.camera.blur_px=0.9")
     assert fields()[0] is one
     assert other is not one
     np.testing.assert_array_equal(other.rest, image)
@@ -175,12 +177,28 @@ def test_touches_that_the_model_does_not_know_are_told(rest, tmp_path, state, li
         ("rig.camera.columns=32", "camera.columns = 32"),
         ("object.specular=0.4", "object.specular = 0.4 is more than the 0 that its model knows"),
         ("object={kind='dots',radius_mm=0.2,spacing_mm=0.9}", "object.spacing_mm = 0.9 is finer than the 1"),
+        ("rig.camera.blur_px=1.1", "a blur of 1.1 px by camera.blur_px and camera.diffraction is not what the model"),
+        ("rig.camera.blur_px=0.3", "is not what the model 'made up' knows (0.4 to 1)"),
+        ("rig.camera.diffraction={f_number=20}", "a blur of 1.5 px"),
+        ("rig.camera.rows=63", "an odd picture of 48 x 63 pixels is none that a model knows"),
     ],
 )
 def test_another_sensor_or_object_is_told_by_its_field(rest, tmp_path, setting, line):
     found = emulator_of(tmp_path / "a.touch", small_model(small_scene(), rest), rest, setting)
     assert isinstance(found, str)
     assert line in found
+
+
+def test_a_model_that_learned_from_no_texture_knows_none(rest, tmp_path):
+    model = small_model(small_scene(), rest, spacing_mm=0.0)
+    found = emulator_of(tmp_path / "a.touch", model, rest, "object={kind='dots',radius_mm=0.2,spacing_mm=3.0}")
+    assert found == "object.spacing_mm = 3 is not known: its model learned from no texture"
+    assert isinstance(emulator_of(tmp_path / "a.touch", model, rest), Emulator)
+
+
+def test_a_lens_that_hardly_blurs_otherwise_is_known(rest, tmp_path):
+    for setting in ("rig.camera.blur_px=0.9", "rig.camera.blur_px=0.5", "rig.camera.diffraction={f_number=2.8}"):
+        assert isinstance(emulator_of(tmp_path / "a.touch", small_model(small_scene(), rest), rest, setting), Emulator)
 
 
 @pytest.mark.parametrize(("skin_mm", "known"), [(0.765, True), (0.83, True), (0.85, False), (0.75, False)])
@@ -258,6 +276,18 @@ def test_a_damaged_or_missing_file_is_one_line(tmp_path, rest):
     path.write_bytes(small_model(small_scene(), rest).to_bytes()[:-300])
     with pytest.raises(ConfigError, match=r"damaged\.touch' is not a model of touches"):
         TouchModel.read(path)
+    whole = small_model(small_scene(), rest).to_bytes()
+    bent = bytearray(whole)
+    start = whole.index(b"model.json") + len("model.json")
+    bent[start : start + 40] = b"\xff" * 40  # the archive's list is whole, what it lists is not
+    empty = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(whole)) as archive, zipfile.ZipFile(empty, "w") as other:
+        for name in archive.namelist():
+            other.writestr(name, b"" if name == "rest.npy" else archive.read(name))
+    for content in (bytes(bent), empty.getvalue()):
+        path.write_bytes(content)
+        with pytest.raises(ConfigError, match=r"damaged\.touch' is not a model of touches"):
+            TouchModel.read(path)
     with pytest.raises(ConfigError, match=r"none\.touch' cannot be read: No such file"):
         find_model(str(tmp_path / "none.touch"), small_scene().design, small_scene().rig)
 
@@ -377,12 +407,3 @@ def test_another_model_under_the_same_name_is_another_configuration(rest, tmp_pa
     assert digests[0] != digests[1]
     with pytest.raises(ConfigError, match=r"model = 'a\.zip' is not allowed: must end with \.touch"):
         small_scene("render.model=a.zip")
-
-
-def test_pictures_of_odd_size_are_told(rest, tmp_path):
-    found = emulator_of(tmp_path / "a.touch", small_model(small_scene(), rest), rest[1:])
-    assert found == "a picture of 48 x 63 pixels is odd, and none that a model knows"
-    scene = small_scene()
-    nodes = build_lattice(scene.design).nodes_mm
-    with pytest.raises(ConfigError, match="rows = 63 and columns = 48 are not allowed: must be even"):
-        FieldMaker.of(scene.design, scene.rig, nodes, rest[1:])

@@ -46,3 +46,9 @@ def test_saved_arrays_have_an_entry_a_frame(episode, tmp_path):
 def test_episode_without_frames_after_the_references_shows_those(episode):
     rest = replace(episode, frames=episode.references)
     assert "<img" in rest._repr_html_()
+
+
+def test_a_frame_at_the_face_is_no_less_than_nothing_deep(episode):
+    truth = episode.scored[0].truth
+    at_the_face = replace(truth, state=replace(truth.state, gap_mm=0.0), depth_mm=0.0, force_n=(0.0, 0.0, 0.0))
+    assert at_the_face.caption.removesuffix(", flashlight") == "0 mm deep, 0 N"
