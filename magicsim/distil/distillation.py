@@ -206,7 +206,7 @@ def measure(model: TouchModel, library: Library) -> list[ErrorRow]:
 def _errors(model: TouchModel, example: Example, library: Library) -> Iterator[tuple[int, tuple[float, float, float]]]:
     """Mean squares of change, error and the true tier's error of each touch, by products of independent images."""
     maker, scene = library.maker(example), _scene(example.facts)
-    gain = 255 * meter(example.rest, scene.rig.camera, scene.rig.lit)
+    gain = 255 * meter(example.rest, scene.rig.camera, scene.lit)
     for touch in range(len(example.mask)):
         fields, gate = example.fields(maker, touch)
         answer = gate[..., None] * model.predict(fields)

@@ -170,7 +170,7 @@ def test_errors_are_told_of_a_sensor_that_one_colour_lights():
     shipped = TouchModel.read(preset_root() / MODELS / "mini-magictac.touch")
     model = Silent(facts=shipped.facts, network=b"", rest=shipped.rest)
     every = measure(model, One(paths=[Path("one")]))[0]
-    assert scene.rig.lit == (True, False, False)
+    assert scene.lit == (True, False, False)
     assert every.error == every.change > 0
 
 
