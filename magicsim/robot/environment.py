@@ -129,11 +129,15 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         if render_mode not in {None, *self.metadata["render_modes"]}:
             raise ConfigError(unknown_choice("render_mode", str(render_mode), self.metadata["render_modes"]))
         for name, value in (
-            ("target_mm", target_mm), ("speed_mm_s", speed_mm_s), ("deepest_mm", deepest_mm), ("max_steps", max_steps),
-            ("hold_steps", hold_steps), *(("weight_n", each) for each in weight_n),
-            *(("start_gap_mm", each) for each in start_gap_mm),
+            ("target_mm", target_mm), ("speed_mm_s", speed_mm_s), ("deepest_mm", deepest_mm),
+            *(("weight_n", each) for each in weight_n), *(("start_gap_mm", each) for each in start_gap_mm),
         ):  # fmt: skip
             check_number(name, value, LEAST, MOST)
+        for name, count in (("max_steps", max_steps), ("hold_steps", hold_steps)):
+            check_number(name, count, 1, MOST, whole=True)
+        for name, (low, high) in (("weight_n", weight_n), ("start_gap_mm", start_gap_mm)):
+            if low > high:
+                raise ConfigError(f"{name} = ({low:g}, {high:g}) is not allowed: must be the smaller one first")
         check_number("offset_mm", offset_mm, 0, MOST)
         check_number("force_limit_n", force_limit_n, 0, MOST)
         if cameras not in CAMERAS:
@@ -142,6 +146,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self.reach = Reach.around(
             config.object, start_gap_mm=start_gap_mm, offset_mm=offset_mm, target_mm=target_mm, deepest_mm=deepest_mm
         )
+        check_number("start_gap_mm", start_gap_mm[1], LEAST, self.reach.gap_mm[1])
         self.weight_n, self.start_gap_mm, self.offset_mm = weight_n, start_gap_mm, offset_mm
         self.target_mm, self.hold_steps, self.max_steps = target_mm, hold_steps, max_steps
         self.speed_mm_s, self.force_limit_n, self.render_mode = speed_mm_s, force_limit_n, render_mode
