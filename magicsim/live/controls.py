@@ -226,8 +226,8 @@ class Controls:
         return lambda _: self.ask(self._wish.pushed(self._space, **motion))
 
     def _slider(self, name: str, label: str, low: float, high: float, step: float, hint: str) -> None:
-        value = min(max(getattr(self._wish, name), low), high)
-        self._bind(self._gui.add_slider(label, low, high, step, value, hint=hint), name)
+        value = getattr(self._wish, name)
+        self._bind(self._gui.add_slider(label, min(low, value), max(high, value), step, value, hint=hint), name)
 
     def _bind(self, handle: Any, name: str, number: int | None = None) -> None:  # noqa: ANN401 -- viser's handle
         """Lets a control ask for its field of the wish, and follow it."""

@@ -34,6 +34,14 @@ def test_design_that_is_being_chosen_stays_until_it_is_built_or_refused(controls
     assert skin.value == 1.2
 
 
+def test_exposure_of_a_scene_beyond_the_slider_widens_it(controls: Controls):
+    server: viser.ViserServer = open_server(PORT + 7, "test")
+    bright = Controls(server, SPACE, replace(controls.wish, exposure_grey=230.0), lambda _: None)
+    (slider,) = (handle for handle, name, _ in bright._followed if name == "exposure_grey")
+    assert (slider.max, slider.value) == (230.0, 230.0)
+    close_server(server)
+
+
 def test_recording_begins_with_the_lights_that_were_asked_for_before_it(window: LiveWindow, until):
     window.ask(replace(window.wish, exposure_grey=150.0))
     window._toggle_recording()
