@@ -76,12 +76,9 @@ class Response:
         total = float(pressure.sum())
         centre = pressure @ deformation.contact_points_mm / total if total > 0 else np.zeros(3)
         return cls(
-            pose=pose,
-            wrench=np.concatenate([deformation.force_n, deformation.torque_nmm]),
-            tangent=tangent,
-            centre_mm=centre,
-            radius_mm=float(np.sqrt(deformation.contact_area_mm2 / np.pi)),
-        )
+            pose=pose, wrench=np.concatenate([deformation.force_n, deformation.torque_nmm]), tangent=tangent,
+            centre_mm=centre, radius_mm=float(np.sqrt(deformation.contact_area_mm2 / np.pi)),
+        )  # fmt: skip
 
     def motion(self, pose: Pose) -> Array:
         """The object's motion since the solve, shape (6,)."""
@@ -111,16 +108,9 @@ class AttachedSensor:
     """A sensor at a site that touches one body of the model."""
 
     def __init__(
-        self,
-        model: MjModel,
-        touch: Touch,
-        scene: SceneConfig,
-        *,
-        quality: Quality,
-        trust: Trust,
-        seed: int,
+        self, model: MjModel, touch: Touch, scene: SceneConfig, *, quality: Quality, trust: Trust, seed: int,
         opposite: Callable[[], Sensor | None],
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Builds the sensor with the body's solid as its object; `trust` is that of the first linear answer.
 
         Raises:

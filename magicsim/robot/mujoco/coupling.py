@@ -84,19 +84,13 @@ class Coupling:
         usual = scene or next((touch.scene for touch in touches if touch.scene is not None), None) or load_scene("grip")
         _check_rates(float(model.opt.timestep), {touch.site: touch.scene or usual for touch in touches})
         grade, trust = find_quality(quality), Trust(tolerance_n=tolerance_n)
-        self.sensors: Mapping[str, AttachedSensor] = {
-            touch.site: AttachedSensor(
-                model,
-                touch,
-                touch.scene or usual,
-                quality=grade,
-                trust=trust,
-                seed=finger_seed(usual.seed if seed is None else seed, number),
-                opposite=partial(self._opposite, touch),
-            )
-            for number, touch in enumerate(touches)
-        }
+        self.sensors: dict[str, AttachedSensor] = {}
         """The attached sensors by the names of their sites."""
+        for number, touch in enumerate(touches):
+            self.sensors[touch.site] = AttachedSensor(
+                model, touch, touch.scene or usual, quality=grade, trust=trust,
+                seed=finger_seed(usual.seed if seed is None else seed, number), opposite=partial(self._opposite, touch),
+            )  # fmt: skip
         self.frames_per_second = usual.frames_per_second
         self._facing = self._facing_pairs()
         self.reset()

@@ -110,7 +110,8 @@ def test_object_waits_inside_of_the_workspace(tiny_scene, lines):
 
 
 def test_thin_block_is_pressed_no_deeper_than_it_allows(tiny_scene, lines):
-    thin = tiny_scene.model_copy(update={"design": tiny_scene.design.model_copy(update={"core_mm": 0.9, "skin_mm": 0.4})})
+    design = tiny_scene.design.model_copy(update={"core_mm": 0.9, "skin_mm": 0.4})
+    thin = tiny_scene.model_copy(update={"design": design})
     session = Session(thin, quality=FULL_QUALITY, workspace=replace(SPACE, gap_mm=(-2, 10)), told=lines.append)
     assert session.go(session.now).refusal is None
     refusal = session.go(replace(session.now, gap_mm=-1.8)).refusal
