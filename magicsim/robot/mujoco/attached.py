@@ -179,7 +179,7 @@ class AttachedSensor:
             raise ConvergenceError(msg) from None
         self.solves += 1
         self.response = Response.of(pose, self.deformation, self.sensor.tangent(state, self.deformation))
-        if predicted is not None:
+        if predicted is not None and (predicted.any() or self.response.wrench.any()):  # nothing is learned of no touch
             error_n = float(np.linalg.norm(predicted[:AXES] - self.response.wrench[:AXES]))
             self.trust = self.trust.learned(error_n)
 
