@@ -38,15 +38,9 @@ class LiveWindow(AbstractContextManager["LiveWindow"]):
     """A page on 127.0.0.1 that shows one sensor and moves its object."""
 
     def __init__(
-        self,
-        scene: SceneConfig,
-        *,
-        folder: Path = Path(),
-        port: int = PORT,
-        workspace: Workspace | None = None,
-        quality: str | Quality = "control",
-        told: Callable[[str], None] | None = None,
-    ) -> None:
+        self, scene: SceneConfig, *, folder: Path = Path(), port: int = PORT, workspace: Workspace | None = None,
+        quality: str | Quality = "control", told: Callable[[str], None] | None = None,
+    ) -> None:  # fmt: skip
         """Opens the page; the sensor is built in the background.
 
         The next free port is taken where this one is not. Recordings get folders of their own; `told` hears what takes

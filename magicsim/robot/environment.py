@@ -80,25 +80,12 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 15}  # noqa: RUF012 -- as in the base
 
     def __init__(
-        self,
-        scene: str | Path | SceneConfig = "grip",
-        overrides: Sequence[str] = (),
-        *,
-        weight_n: Range = (0.5, 4.0),
-        start_gap_mm: Range = (1.0, 3.0),
-        offset_mm: float = 0.5,
-        target_mm: float = 2.0,
-        hold_steps: int = 5,
-        max_steps: int = 120,
-        speed_mm_s: float = 5.0,
-        deepest_mm: float = 2.0,
-        force_limit_n: float = 6.0,
-        ends_beyond_limits: bool = False,
-        render_mode: str | None = None,
-        quality: str = "full",
-        cameras: int = 2,
+        self, scene: str | Path | SceneConfig = "grip", overrides: Sequence[str] = (), *, weight_n: Range = (0.5, 4.0),
+        start_gap_mm: Range = (1.0, 3.0), offset_mm: float = 0.5, target_mm: float = 2.0, hold_steps: int = 5,
+        max_steps: int = 120, speed_mm_s: float = 5.0, deepest_mm: float = 2.0, force_limit_n: float = 6.0,
+        ends_beyond_limits: bool = False, render_mode: str | None = None, quality: str = "full", cameras: int = 2,
         told: Told = on_stderr,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Checks the settings; the sensors are built by the first `reset`.
 
         Args:

@@ -40,18 +40,10 @@ class Gripper(AbstractContextManager["Gripper"]):
     """
 
     def __init__(
-        self,
-        scene: SceneConfig,
-        *,
-        workspace: Workspace | None = None,
-        lower: SceneConfig | None = None,
-        linkage: Linkage | None = None,
-        quality: str | Quality = "full",
-        sees_other: bool = True,
-        companion: SurfaceMesh | None = None,
-        within_limits: bool = False,
-        told: Told = on_stderr,
-    ) -> None:
+        self, scene: SceneConfig, *, workspace: Workspace | None = None, lower: SceneConfig | None = None,
+        linkage: Linkage | None = None, quality: str | Quality = "full", sees_other: bool = True,
+        companion: SurfaceMesh | None = None, within_limits: bool = False, told: Told = on_stderr,
+    ) -> None:  # fmt: skip
         """Builds both fingers.
 
         Args:

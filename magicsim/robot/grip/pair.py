@@ -87,7 +87,8 @@ class FingerPair:
         up, down = half_extents_mm(self.target, place)
         recedes = []
         for side, finger in zip(SIDES, self.fingers, strict=True):
-            state = replace(UNTOUCHED, **finger_motion(side, place, 0.0, (0.0, 0.0)) | {"gap_mm": 0.0})
+            motion = finger_motion(side, place, 0.0, (0.0, 0.0)) | {"gap_mm": 0.0}
+            state = replace(UNTOUCHED, **motion)  # type: ignore[arg-type]
             touching = finger.sensor.indenter(state) if finger.sensor.design.face is not None else None
             recedes.append(0.0 if touching is None else touching.top_mm())
         return up - recedes[0], down - recedes[1]

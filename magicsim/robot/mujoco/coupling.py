@@ -42,17 +42,10 @@ class Coupling:
     """A MuJoCo model whose sensors press back: moved by `step`, frames at the camera's rate."""
 
     def __init__(
-        self,
-        model: MjModel,
-        data: MjData,
-        touches: Sequence[Touch],
-        *,
-        scene: SceneConfig | None = None,
-        quality: str | Quality = "control",
-        tolerance_n: float = 0.02,
-        damping_s: float = DAMPING_S,
+        self, model: MjModel, data: MjData, touches: Sequence[Touch], *, scene: SceneConfig | None = None,
+        quality: str | Quality = "control", tolerance_n: float = 0.02, damping_s: float = DAMPING_S,
         seed: int | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Attaches the sensors.
 
         Args:
