@@ -164,6 +164,7 @@ class Controls:
 
     def __init__(self, server: viser.ViserServer, space: Workspace, wish: Wish, asked: Callable[[Wish], None]) -> None:
         self._gui, self._space, self._asked, self._wish = server.gui, space, asked, wish
+        self._built = wish.design
         self._followed: list[tuple[Any, str, int | None]] = []
         """Each control, the field of the wish that it shows, and the number of its value there where it has several."""
         with self._gui.add_folder("Object"):
@@ -202,11 +203,17 @@ class Controls:
         self.ask(wish.pushed(self._space, **by))
 
     def follow(self, wish: Wish, *, is_last: bool) -> None:
-        """Shows what was done; while newer wishes wait, only what was refused would be news."""
+        """Shows what was done; while newer wishes wait, only what was refused would be news.
+
+        A design that is being chosen stays until it is built or refused.
+        """
         if not is_last:
             return
-        self._wish = wish
+        is_chosen = wish.design == self._wish.design == self._built
+        self._wish, self._built = wish, wish.design
         for handle, name, number in self._followed:
+            if name == "design" and is_chosen:
+                continue
             field = getattr(wish, name)
             value = field if number is None else field[number]
             if handle.value != value:
@@ -219,8 +226,8 @@ class Controls:
         return lambda _: self.ask(self._wish.pushed(self._space, **motion))
 
     def _slider(self, name: str, label: str, low: float, high: float, step: float, hint: str) -> None:
-        value = min(max(getattr(self._wish, name), low), high)
-        self._bind(self._gui.add_slider(label, low, high, step, value, hint=hint), name)
+        value = getattr(self._wish, name)
+        self._bind(self._gui.add_slider(label, min(low, value), max(high, value), step, value, hint=hint), name)
 
     def _bind(self, handle: Any, name: str, number: int | None = None) -> None:  # noqa: ANN401 -- viser's handle
         """Lets a control ask for its field of the wish, and follow it."""

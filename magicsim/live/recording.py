@@ -6,7 +6,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from magicsim.deform.lattice.structure import Lattice
-from magicsim.errors import ConfigError
 from magicsim.folder import result_folder
 from magicsim.live.sight import Wish
 from magicsim.report.episode_report import report_episode
@@ -40,21 +39,16 @@ class Recording:
             self._frames.append(frame)
 
     def episode(self) -> Episode:
-        """The episode: references first, frames numbered on from them, its scene's keyframes where the object was.
-
-        `ConfigError` where no frame was taken.
-        """
-        if not self._frames:
-            raise ConfigError("nothing was recorded: move the object while recording, each frame that is shown is kept")
-        rate = self.scene.frames_per_second
+        """The episode: references first, frames numbered on from them, its scene's keyframes where the object was."""
+        rate, taken = self.scene.frames_per_second, tuple(self._frames)
         frames = [
             replace(frame, truth=replace(frame.truth, index=index, time_s=index / rate))
-            for index, frame in enumerate((*self.references, *self._frames))
+            for index, frame in enumerate((*self.references, *taken))
         ]
         fields = [name for name in Keyframe.model_fields if name != "frame"]
         keyframes = tuple(
             Keyframe(frame=number, **{name: getattr(each.truth.state, name) for name in fields})
-            for number, each in enumerate(self._frames)
+            for number, each in enumerate(taken)
         )
         scene = self.scene.model_copy(update={"keyframes": keyframes, "references": len(self.references)})
         return Episode(scene=scene, frames=tuple(frames))

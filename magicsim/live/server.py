@@ -5,12 +5,13 @@ files for upload fields. None of these can be switched off by its settings.
 """
 
 import contextlib
-import http
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from functools import wraps
+from http import HTTPStatus
 from typing import Any
+
+import rich
 
 from magicsim.errors import ConfigError
 
@@ -52,10 +53,6 @@ def page_headers(port: int) -> dict[str, str]:
     }
 
 
-REFUSED = http.HTTPStatus.FORBIDDEN
-"""Answer to a refused request."""
-
-
 try:
     import viser
     from viser import _messages
@@ -77,9 +74,19 @@ SHUT = (
 
 
 def open_server(port: int, title: str) -> viser.ViserServer:
-    """A server on 127.0.0.1."""
-    with _guarded(), contextlib.redirect_stdout(sys.stderr), _quiet():
-        server = viser.ViserServer(host=HOST, port=port, label=title, verbose=False)
+    """A server on 127.0.0.1, whose websocket server is made with the checks of `refusal`."""
+    original = sockets.serve
+
+    def serve(*positional: Any, process_request: Any = None, **named: Any) -> Any:  # noqa: ANN401
+        named |= {"max_size": LARGEST_BYTES}
+        return original(*positional, process_request=_checked(process_request), **named)
+
+    sockets.serve = serve  # type: ignore[assignment,misc]
+    try:
+        with _quiet():
+            server = viser.ViserServer(host=HOST, port=port, label=title, verbose=False)
+    finally:
+        sockets.serve = original  # type: ignore[misc]
     _shut(server._websock_server)
     server._websock_server.on_client_connect(_shut)
     return server
@@ -87,30 +94,13 @@ def open_server(port: int, title: str) -> viser.ViserServer:
 
 def close_server(server: viser.ViserServer) -> None:
     """Stops listening; pages say that they have lost the connection."""
-    with contextlib.redirect_stdout(sys.stderr), _quiet():
+    with _quiet():
         server.stop()
 
 
 def _shut(connection: Any) -> None:  # noqa: ANN401 -- viser's own, which has no public name
     for kind in SHUT:
         connection._incoming_handlers.pop(kind, None)
-
-
-@contextmanager
-def _guarded() -> Iterator[None]:
-    """Within it, viser's websocket server is made with the checks of `origin`."""
-    original = sockets.serve
-
-    @wraps(original)
-    def serve(*positional: Any, process_request: Any = None, **named: Any) -> Any:  # noqa: ANN401
-        named |= {"max_size": LARGEST_BYTES}
-        return original(*positional, process_request=_checked(process_request), **named)
-
-    sockets.serve = serve  # type: ignore[assignment,misc]
-    try:
-        yield
-    finally:
-        sockets.serve = original  # type: ignore[misc]
 
 
 def _checked(answer: Any) -> Any:  # noqa: ANN401
@@ -122,7 +112,7 @@ def _checked(answer: Any) -> Any:  # noqa: ANN401
         if why is not None:
             body = f"{why}\n".encode()
             head = Headers({"Content-Type": "text/plain; charset=utf-8", "Content-Length": str(len(body))})
-            return Response(REFUSED.value, REFUSED.phrase, head, body)
+            return Response(HTTPStatus.FORBIDDEN.value, HTTPStatus.FORBIDDEN.phrase, head, body)
         response = answer(connection, request) if answer is not None else None
         if response is not None:
             for name, value in page_headers(port).items():
@@ -134,12 +124,11 @@ def _checked(answer: Any) -> Any:  # noqa: ANN401
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Within it, viser's banner is not printed."""
-    import rich
-
+    """Within it, viser's banner is not printed, and its other lines go to stderr."""
     console = rich.get_console()
     before, console.quiet = console.quiet, True
     try:
-        yield
+        with contextlib.redirect_stdout(sys.stderr):
+            yield
     finally:
         console.quiet = before

@@ -17,7 +17,7 @@ from magicsim.config.documents import read_toml
 from magicsim.config.models import apply_overrides, load_preset, validate
 from magicsim.config.presets import find_preset, preset_names
 from magicsim.errors import MagicsimError, PresetError, unknown_choice
-from magicsim.geometry.design import ElastomerDesign
+from magicsim.geometry.design import MAX_DEPTH_SHARE, ElastomerDesign
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.judge.verdicts import SensorDetector, fused_profiles
 from magicsim.live.sight import DESIGN_FIELDS, Sight, Wish, design_values
@@ -73,15 +73,17 @@ class Session:
         self.rest: Array = np.zeros(())
         """Their mean, shape (rows, columns, 3) [grey levels]."""
         grey, has_object = scene.rig.camera.exposure_grey, scene.object is not None
-        self.now = Wish(design=design_values(scene.design), exposure_grey=grey, has_object=has_object)
+        asked = Wish(design=design_values(scene.design), exposure_grey=grey, has_object=has_object)
+        self.now = asked.pushed(workspace, gap_mm=0.0, x_mm=0.0, y_mm=0.0, twist_deg=0.0)
         """Where everything is."""
 
     @property
     def live(self) -> LiveSensor:
         """The sensor, built when it is first needed; errors are those of its design."""
         if self._live is None:
-            self._live = self._built(self.scene, self.now)
-            self._learn(self._live)
+            live = self._built(self.scene, self.now)
+            self._learn(live)
+            self._live = live
         return self._live
 
     @property
@@ -127,12 +129,13 @@ class Session:
         if self._live is not None:
             self._live.close()
         self.scene, self._live = scene, fresh
-        self.now = replace(self.now, design=design_values(design), gap_mm=self.workspace.gap_mm[1], twist_deg=0.0)
-        self.now = replace(self.now, x_mm=0.0, y_mm=0.0, has_object=False)
+        self.now = replace(self.now, design=design_values(design), has_object=False)
 
     def _built(self, scene: SceneConfig, wish: Wish) -> LiveSensor:
         self._told("building the block and its lattice")
-        live = LiveSensor(scene, workspace=self.workspace, quality=self.quality, told=self._told)
+        low, high = self.workspace.gap_mm
+        space = replace(self.workspace, gap_mm=(max(low, -MAX_DEPTH_SHARE * scene.design.height_mm), high))
+        live = LiveSensor(scene, workspace=space, quality=self.quality, told=self._told)
         live.set_exposure_grey(wish.exposure_grey)
         live.set_led_strength(*wish.led_strength)
         return live
@@ -163,13 +166,12 @@ class Session:
         self.now = replace(self.now, flashlight=wish.flashlight, light_x_mm=wish.light_x_mm)
 
     def _move(self, wish: Wish) -> None:
-        if not wish.has_object or self.scene.object is None:
-            self.live.remove_object()
-            self.now = replace(self.now, has_object=False)
-            return
         place = {"gap_mm": wish.gap_mm, "x_mm": wish.x_mm, "y_mm": wish.y_mm, "twist_deg": wish.twist_deg}
-        self.live.move_to(**place)
-        self.now = replace(self.now, has_object=True, **place)  # type: ignore[arg-type]
+        if wish.has_object:
+            self.live.move_to(**place)
+        else:
+            self.live.remove_object()
+        self.now = replace(self.now, has_object=wish.has_object, **place)  # type: ignore[arg-type]
 
     def _sight(self, refusal: str | None, *, solve_s: float) -> Sight:
         live = self.live

@@ -21,15 +21,13 @@ from magicsim.simulation.episode import SimulatedFrame
 
 DESIGN_FIELDS = {"skin_mm": (0.3, 3.0), "core_mm": (1.0, 12.0), "cell_mm": (0.4, 3.0), "wall_mm": (0.1, 1.0)}
 """Fields of a design that have a slider, each with its ends [mm]."""
-START_GAP_MM = 4.0
-"""Gap at which the object waits when the window opens [mm]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wish:
     """Object, lights, camera and design as they are asked for."""
 
-    gap_mm: float = START_GAP_MM
+    gap_mm: float = 4.0
     """Distance of the object's highest point from the undeformed contact face [mm], negative when pressed."""
     x_mm: float = 0.0
     y_mm: float = 0.0

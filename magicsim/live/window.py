@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 
@@ -18,12 +19,14 @@ from magicsim.live.sight import Sight, Wish, force_lines, frame_picture, state_l
 from magicsim.robot.quality import Quality, find_quality
 from magicsim.robot.workspace import Workspace
 from magicsim.scenes.scene import SceneConfig
+from magicsim.simulation.episode import SimulatedFrame
 
 TITLE = "magicsim live"
 PORT = 8321
 TICK_S = 0.5
 """Time between two looks at the clock [s]."""
 PANEL_PX = 450
+NOTHING_RECORDED = "nothing was recorded: move the object while recording, each frame that is shown is kept"
 NO_FORCE = "<p style='margin:4px 0'>No contact solved yet.</p>"
 HELP = (
     "<p class='help' style='margin:4px 8px'>Drag the arrows at the object, or hold <b>shift</b>: arrow keys move it, "
@@ -35,15 +38,9 @@ class LiveWindow(AbstractContextManager["LiveWindow"]):
     """A page on 127.0.0.1 that shows one sensor and moves its object."""
 
     def __init__(
-        self,
-        scene: SceneConfig,
-        *,
-        folder: Path = Path(),
-        port: int = PORT,
-        workspace: Workspace | None = None,
-        quality: str | Quality = "control",
-        told: Callable[[str], None] | None = None,
-    ) -> None:
+        self, scene: SceneConfig, *, folder: Path = Path(), port: int = PORT, workspace: Workspace | None = None,
+        quality: str | Quality = "control", told: Callable[[str], None] | None = None,
+    ) -> None:  # fmt: skip
         """Opens the page; the sensor is built in the background.
 
         The next free port is taken where this one is not. Recordings get folders of their own; `told` hears what takes
@@ -62,6 +59,7 @@ class LiveWindow(AbstractContextManager["LiveWindow"]):
         self.sight: Sight | None = None
         """The last moment that was shown with its frame; None before the first."""
         self._refusal: str | None = None
+        self._is_recording = False
         self._recording: Recording | None = None
         self._written = 0
         self._course = Course()
@@ -96,10 +94,12 @@ class LiveWindow(AbstractContextManager["LiveWindow"]):
         self._ended.wait()
 
     def close(self) -> None:
-        """Ends the page and the worker; may be called again."""
+        """Ends the page and the worker, and writes a recording that goes on; may be called again."""
         if not self._ended.is_set():
             self._ended.set()
             self._worker.stop()
+            if self._recording is not None:
+                self._tell(self._written_recording(self._recording))
             close_server(self._server)
 
     def __exit__(self, *_: object) -> None:
@@ -139,7 +139,11 @@ class LiveWindow(AbstractContextManager["LiveWindow"]):
         recording = self._recording
         if recording is not None and (_held(wish) != _held(recording.begun)):
             self._refuse("design, LEDs and exposure stay as they are during a recording: stop it first")
-            self._controls.follow(self._session.now, is_last=True)
+            begun = recording.begun
+            kept = replace(
+                wish, design=begun.design, led_strength=begun.led_strength, exposure_grey=begun.exposure_grey
+            )
+            self._controls.follow(kept, is_last=True)
             return
         self._worker.ask(wish)
 
@@ -156,9 +160,7 @@ class LiveWindow(AbstractContextManager["LiveWindow"]):
         gamma = self._session.scene.rig.camera.gamma
         self._image.content = frame_picture(sight.frame.image, self._session.rest, gamma=gamma)
         self._verdicts.content = verdict_table(sight.verdicts)
-        if self._recording is not None:
-            self._recording.add(sight.frame)
-            self._note(f"Recording: {len(self._recording)} frames" + (", full" if self._recording.is_full else ""))
+        self._record_frame(sight.wish, sight.frame)
         self.sight = sight
         self._controls.follow(sight.wish, is_last=not self._worker.is_asked)
         self._state.content = state_line(None, self._refusal)
@@ -172,30 +174,37 @@ class LiveWindow(AbstractContextManager["LiveWindow"]):
         self._view.show_block(self._session.live.sensor.lattice, mesh, color)
         self._shown_scene = scene
 
+    def _record_frame(self, wish: Wish, frame: SimulatedFrame) -> None:
+        """Keeps a frame; the first one that no newer wish follows begins the recording. On the worker's thread."""
+        recording = self._recording
+        if self._is_recording and recording is None and not self._worker.is_asked:
+            live = self._session.live
+            recording = Recording(live.scene, self._session.references, live.sensor.printed, wish)
+            self._recording = recording
+        if recording is not None and _held(wish) == _held(recording.begun):
+            recording.add(frame)
+            self._note(f"Recording: {len(recording)} frames" + (", full" if recording.is_full else ""))
+
     def _toggle_recording(self) -> None:
-        recording, self._recording = self._recording, None
-        if recording is None:
-            self._start_recording()
+        self._is_recording = not self._is_recording
+        if self._is_recording:
+            self._record.label = "Stop and save"
+            self._note("Recording: 0 frames")
+            self._worker.ask(self._controls.wish)
             return
+        recording, self._recording = self._recording, None
         self._record.label = "Record"
+        self._note(NOTHING_RECORDED if recording is None else self._written_recording(recording))
+
+    def _written_recording(self, recording: Recording) -> str:
+        """Writes a recording into a folder of its own, and says which, or why not."""
         self._written += 1
         target = self.folder / recording_name(self._written)
         try:
             recording.write(target, estimator=self._session.live.sensor.renderer.estimator)
         except MagicsimError as error:
-            self._note(str(error))
-        else:
-            self._note(f"{len(recording)} frames in {target.name}")
-
-    def _start_recording(self) -> None:
-        if not self._session.references:
-            self._note("not yet: the untouched sensor is still being rendered")
-            return
-        live = self._session.live
-        self._recording = Recording(live.scene, self._session.references, live.sensor.printed, self._session.now)
-        self._record.label = "Stop and save"
-        self._note("Recording: 0 frames")
-        self._worker.ask(self._controls.wish)
+            return str(error)
+        return f"{len(recording)} frames in {target.name}"
 
     def _note(self, line: str) -> None:
         self._record_note.content = f"<p class='recorded' role='status' style='margin:4px 8px'>{escape(line)}</p>"

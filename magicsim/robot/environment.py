@@ -80,25 +80,12 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 15}  # noqa: RUF012 -- as in the base
 
     def __init__(
-        self,
-        scene: str | Path | SceneConfig = "grip",
-        overrides: Sequence[str] = (),
-        *,
-        weight_n: Range = (0.5, 4.0),
-        start_gap_mm: Range = (1.0, 3.0),
-        offset_mm: float = 0.5,
-        target_mm: float = 2.0,
-        hold_steps: int = 5,
-        max_steps: int = 120,
-        speed_mm_s: float = 5.0,
-        deepest_mm: float = 2.0,
-        force_limit_n: float = 6.0,
-        ends_beyond_limits: bool = False,
-        render_mode: str | None = None,
-        quality: str = "full",
-        cameras: int = 2,
+        self, scene: str | Path | SceneConfig = "grip", overrides: Sequence[str] = (), *, weight_n: Range = (0.5, 4.0),
+        start_gap_mm: Range = (1.0, 3.0), offset_mm: float = 0.5, target_mm: float = 2.0, hold_steps: int = 5,
+        max_steps: int = 120, speed_mm_s: float = 5.0, deepest_mm: float = 2.0, force_limit_n: float = 6.0,
+        ends_beyond_limits: bool = False, render_mode: str | None = None, quality: str = "full", cameras: int = 2,
         told: Told = on_stderr,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Checks the settings; the sensors are built by the first `reset`.
 
         Args:
@@ -129,11 +116,15 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         if render_mode not in {None, *self.metadata["render_modes"]}:
             raise ConfigError(unknown_choice("render_mode", str(render_mode), self.metadata["render_modes"]))
         for name, value in (
-            ("target_mm", target_mm), ("speed_mm_s", speed_mm_s), ("deepest_mm", deepest_mm), ("max_steps", max_steps),
-            ("hold_steps", hold_steps), *(("weight_n", each) for each in weight_n),
-            *(("start_gap_mm", each) for each in start_gap_mm),
+            ("target_mm", target_mm), ("speed_mm_s", speed_mm_s), ("deepest_mm", deepest_mm),
+            *(("weight_n", each) for each in weight_n), *(("start_gap_mm", each) for each in start_gap_mm),
         ):  # fmt: skip
             check_number(name, value, LEAST, MOST)
+        for name, count in (("max_steps", max_steps), ("hold_steps", hold_steps)):
+            check_number(name, count, 1, MOST, whole=True)
+        for name, (low, high) in (("weight_n", weight_n), ("start_gap_mm", start_gap_mm)):
+            if low > high:
+                raise ConfigError(f"{name} = ({low:g}, {high:g}) is not allowed: must be the smaller one first")
         check_number("offset_mm", offset_mm, 0, MOST)
         check_number("force_limit_n", force_limit_n, 0, MOST)
         if cameras not in CAMERAS:
@@ -142,6 +133,7 @@ class GraspLift(gymnasium.Env[Observation, npt.NDArray[np.float32]]):
         self.reach = Reach.around(
             config.object, start_gap_mm=start_gap_mm, offset_mm=offset_mm, target_mm=target_mm, deepest_mm=deepest_mm
         )
+        check_number("start_gap_mm", start_gap_mm[1], LEAST, self.reach.gap_mm[1])
         self.weight_n, self.start_gap_mm, self.offset_mm = weight_n, start_gap_mm, offset_mm
         self.target_mm, self.hold_steps, self.max_steps = target_mm, hold_steps, max_steps
         self.speed_mm_s, self.force_limit_n, self.render_mode = speed_mm_s, force_limit_n, render_mode

@@ -74,10 +74,13 @@ def half_extents_mm(target: AnyObject, place: ObjectPlace | None = None) -> tupl
     return shape.support_mm(up), shape.support_mm(-up)
 
 
-def finger_motion(side: Side, place: ObjectPlace, width_mm: float, extents_mm: tuple[float, float]) -> dict[str, float]:
-    """The object in a finger's own frame, as `move_to` takes it: gap, x, y [mm], twist, tilts [degrees]."""
+def finger_motion(side: Side, place: ObjectPlace, width_mm: float, reaches_mm: tuple[float, float]) -> dict[str, float]:
+    """The object in a finger's own frame, as `move_to` takes it: gap, x, y [mm], twist, tilts [degrees].
+
+    Reaches are those of the object's origin from the upper and the lower face when it first touches that one.
+    """
     sign = 1.0 if side == "upper" else -1.0
-    reach = extents_mm[0] if side == "upper" else extents_mm[1]
+    reach = reaches_mm[0] if side == "upper" else reaches_mm[1]
     gap = width_mm / 2 - sign * place.z_mm - reach
     return {
         "gap_mm": gap if abs(gap) > ROUNDING_MM else 0.0,

@@ -15,7 +15,7 @@ from magicsim.geometry.pose import Pose
 from magicsim.robot.fingers import SIDES, ObjectPlace, finger_pose, half_extents_mm, seen_by_lower
 from magicsim.robot.grip.held import settle
 from magicsim.robot.grip.linkage import Linkage, close_until
-from magicsim.robot.grip.load import Hold, Load
+from magicsim.robot.grip.load import SLIPPED_MM, Hold, Load
 from magicsim.robot.grip.pair import FingerPair, finger_seed, float_between
 from magicsim.robot.grip.truth import GripFrames, GripMoment, GripState, GripTruth, grip_truth
 from magicsim.robot.live import LEAST_WIDTH_MM, MAX_SEED, LiveSensor, still_to_come
@@ -40,18 +40,10 @@ class Gripper(AbstractContextManager["Gripper"]):
     """
 
     def __init__(
-        self,
-        scene: SceneConfig,
-        *,
-        workspace: Workspace | None = None,
-        lower: SceneConfig | None = None,
-        linkage: Linkage | None = None,
-        quality: str | Quality = "full",
-        sees_other: bool = True,
-        companion: SurfaceMesh | None = None,
-        within_limits: bool = False,
-        told: Told = on_stderr,
-    ) -> None:
+        self, scene: SceneConfig, *, workspace: Workspace | None = None, lower: SceneConfig | None = None,
+        linkage: Linkage | None = None, quality: str | Quality = "full", sees_other: bool = True,
+        companion: SurfaceMesh | None = None, within_limits: bool = False, told: Told = on_stderr,
+    ) -> None:  # fmt: skip
         """Builds both fingers.
 
         Args:
@@ -77,8 +69,8 @@ class Gripper(AbstractContextManager["Gripper"]):
         if companion is not None and not sees_other:
             raise ConfigError("companion is not allowed with sees_other = False: it is drawn with the other finger")
         workspace = workspace or Workspace(tilt_x_deg=(-TILT_DEG, TILT_DEG), tilt_y_deg=(-TILT_DEG, TILT_DEG))
-        self.linkage, self._extents_mm = linkage or Linkage(), half_extents_mm(scene.object)
-        self.linkage.check_room(scene.object.kind, self.touching_width_mm)
+        self.linkage = linkage or Linkage()
+        self.linkage.check_room(scene.object.kind, sum(half_extents_mm(scene.object)))
         self._told, self._within_limits, self._inside = told, within_limits, False
         with waiting("building both fingers", told):
             unlike = lower is not None
@@ -93,6 +85,7 @@ class Gripper(AbstractContextManager["Gripper"]):
                 opposite=(lambda: self.upper.sensor) if unlike else None,
             )  # fmt: skip
             self._pair = FingerPair(self.upper, self.lower, scene.object, sees_other=sees_other)
+            self._reaches_mm = self._pair.reaches_mm(ObjectPlace())
             self._state = GripState(width_mm=self._open_mm, place=self._midway)
             self.reset()
 
@@ -114,7 +107,7 @@ class Gripper(AbstractContextManager["Gripper"]):
     @property
     def _midway(self) -> ObjectPlace:
         """Where the object is as far from either finger."""
-        up, down = self._extents_mm
+        up, down = self._reaches_mm
         return ObjectPlace(z_mm=(down - up) / 2)
 
     @property
@@ -155,8 +148,8 @@ class Gripper(AbstractContextManager["Gripper"]):
 
     @property
     def touching_width_mm(self) -> float:
-        """Distance between the faces at which both just touch the object, not tilted [mm]."""
-        return sum(self._extents_mm)
+        """Distance between the faces at which both just touch the object in the middle, not tilted [mm]."""
+        return sum(self._reaches_mm)
 
     def close(self, width_mm: float, *, place: ObjectPlace | None = None, floats: bool = False) -> None:
         """Brings the faces to a distance, the object to a place; either finger's indentation follows from geometry.
@@ -173,7 +166,7 @@ class Gripper(AbstractContextManager["Gripper"]):
         """
         self._check_width(width_mm)
         asked = place or self.place
-        with self._whole("moving the fingers"):
+        with self._whole("moving the fingers"), self._motion():
             if floats:
                 asked = float_between(self._pair, asked, width_mm)
             else:
@@ -211,9 +204,9 @@ class Gripper(AbstractContextManager["Gripper"]):
                 "close(width, place=...)"
             )
         acting = self._state.load if load is None else load
-        with self._whole("finding where the object rests"):
+        with self._whole("finding where the object rests"), self._motion():
             self._state = settle(self._pair, self.place, width, acting, most_slide_mm=most_slide_mm)
-            return self.outcome
+        return self.outcome
 
     def remove_object(self) -> None:
         """Takes the object away; the fingers stay where they are, and `close` puts it between them again."""
@@ -257,15 +250,10 @@ class Gripper(AbstractContextManager["Gripper"]):
         check_number("angle_deg", angle_deg, -360, 360)
         target = self.linkage.width_mm(self.linkage.turned_deg(self.angle_deg, angle_deg, dt_s=dt_s))
         acting = load if load is not None or self.outcome is Hold.PLACED else self._state.load
-        slid = self._pair.slid_mm
-        with self._whole("turning the cranks"):
+        with self._whole("turning the cranks"), self._motion():
             is_stalled = self._close_to(target, acting, floats=floats)
-            state = replace(self._state, is_stalled=is_stalled)
-            if state.hold in {Hold.HELD, Hold.SLIPPED}:  # of the whole way, not of its last step
-                way = max(now - then for now, then in zip(self._pair.slid_mm, slid, strict=True))
-                state = replace(state, hold=Hold.of_way(way), slid_mm=way)
-            self._state = state
-            return state.hold
+            self._state = replace(self._state, is_stalled=is_stalled)
+        return self.outcome
 
     def now(self) -> GripMoment:
         """The present moment of fingers and object, for `go_back`."""
@@ -319,6 +307,17 @@ class Gripper(AbstractContextManager["Gripper"]):
         finally:
             self._inside = is_inner
 
+    @contextmanager
+    def _motion(self) -> Iterator[None]:
+        """One motion, of any number of steps: tells how far the skin slid in all of it, and whether that is a slip."""
+        before = self._pair.slid_mm
+        yield
+        way = max(now - then for now, then in zip(self._pair.slid_mm, before, strict=True))
+        hold = self.outcome
+        if hold in {Hold.HELD, Hold.SLIPPED}:
+            hold = Hold.SLIPPED if way > SLIPPED_MM else Hold.HELD
+        self._state = replace(self._state, slid_mm=way, hold=hold)
+
     def _close_to(self, width_mm: float, load: Load | None, *, floats: bool) -> bool:
         """Turns the cranks until the faces are so far apart, or the motors stall: says whether they did."""
         start = self.width_mm
@@ -351,7 +350,7 @@ class Gripper(AbstractContextManager["Gripper"]):
         width, along = self.linkage.width_mm(angle_deg), self.linkage.along_mm(self.angle_deg)
         if self.outcome.is_empty:
             self._pair.face(width)
-            self._state = replace(self._state, width_mm=width, slid_mm=0.0, is_stalled=False)
+            self._state = replace(self._state, width_mm=width, is_stalled=False)
         elif load is not None:
             self.hold(width, load=load)
         else:

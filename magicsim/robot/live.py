@@ -15,7 +15,7 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.geometry.pose import Pose
 from magicsim.robot.darkroom import Darkroom, Moment
 from magicsim.robot.quality import Quality, find_quality
-from magicsim.robot.workspace import Workspace, slip_share, travel
+from magicsim.robot.workspace import RANGES, Workspace, slip_share, travel
 from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig, load_scene
 from magicsim.scenes.timeline import UNTOUCHED, FrameState, with_passing
@@ -43,15 +43,10 @@ class LiveSensor(AbstractContextManager["LiveSensor"]):
     """
 
     def __init__(
-        self,
-        scene: SceneConfig,
-        *,
-        workspace: Workspace | None = None,
-        quality: str | Quality = "full",
-        companion: SurfaceMesh | None = None,
-        opposite: Callable[[], Sensor | None] | None = None,
+        self, scene: SceneConfig, *, workspace: Workspace | None = None, quality: str | Quality = "full",
+        companion: SurfaceMesh | None = None, opposite: Callable[[], Sensor | None] | None = None,
         told: Told = on_stderr,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Builds geometry and lattice; the renderer loads when the first frame is taken.
 
         Args:
@@ -161,15 +156,9 @@ class LiveSensor(AbstractContextManager["LiveSensor"]):
         return self.now().truth(self.sensor.design.limits)
 
     def move_to(
-        self,
-        *,
-        gap_mm: float | None = None,
-        x_mm: float | None = None,
-        y_mm: float | None = None,
-        twist_deg: float | None = None,
-        tilt_x_deg: float | None = None,
-        tilt_y_deg: float | None = None,
-    ) -> None:
+        self, *, gap_mm: float | None = None, x_mm: float | None = None, y_mm: float | None = None,
+        twist_deg: float | None = None, tilt_x_deg: float | None = None, tilt_y_deg: float | None = None,
+    ) -> None:  # fmt: skip
         """Moves the object in a straight line and finds the equilibrium at its end; what is None stays.
 
         Args:
@@ -184,11 +173,8 @@ class LiveSensor(AbstractContextManager["LiveSensor"]):
             ConfigError: There is no object, no gap yet, or the pose is outside of the workspace.
             ConvergenceError: No valid equilibrium was found; the sensor stays where it was.
         """
-        asked = {
-            "gap_mm": gap_mm, "x_mm": x_mm, "y_mm": y_mm, "twist_deg": twist_deg, "tilt_x_deg": tilt_x_deg,
-            "tilt_y_deg": tilt_y_deg,
-        }  # fmt: skip
-        given = {name: float(value) for name, value in asked.items() if value is not None}
+        asked = zip(RANGES, (x_mm, y_mm, twist_deg, tilt_x_deg, tilt_y_deg, gap_mm), strict=True)
+        given = {name: float(value) for name, value in asked if value is not None}
         self._go(replace(self._moment.state, **given))  # type: ignore[arg-type]
 
     def go_back(self, moment: Moment) -> None:
@@ -346,14 +332,9 @@ def still_to_come(*sensors: LiveSensor) -> Iterator[None]:
 
 
 def live_sensor(
-    scene: str | Path,
-    overrides: Sequence[str] = (),
-    *,
-    seed: int | None = None,
-    workspace: Workspace | None = None,
-    quality: str | Quality = "full",
-    told: Told = on_stderr,
-) -> LiveSensor:
+    scene: str | Path, overrides: Sequence[str] = (), *, seed: int | None = None, workspace: Workspace | None = None,
+    quality: str | Quality = "full", told: Told = on_stderr,
+) -> LiveSensor:  # fmt: skip
     """A live sensor from a scene preset or file.
 
     Args:

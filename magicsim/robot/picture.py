@@ -4,8 +4,9 @@ import base64
 import contextlib
 import sys
 import threading
+from html import escape
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import Any, ClassVar
+from typing import Any
 
 import cv2
 
@@ -22,13 +23,21 @@ class Picture:
 
     def __init__(self, title: str) -> None:
         """Opens a window, or says on stderr where the page is."""
-        self._root, self._label, self._photo = _tk_window(title)
-        self._page = None if self._root is not None else _Page(title)
         self.is_open = True
         """Whether it was not closed, by its user or by `close`."""
-        if self._root is not None:
-            self._root.bind("<Escape>", lambda _: self._end())
-            self._root.protocol("WM_DELETE_WINDOW", self._end)
+        self._page: _Page | None = None
+        try:
+            import tkinter
+
+            self._root: Any = tkinter.Tk()
+        except Exception:  # tkinter is missing, or TclError: no screen
+            self._page = _Page(title)
+            return
+        self._root.title(title)
+        self._label = tkinter.Label(self._root)
+        self._label.pack()
+        self._root.bind("<Escape>", lambda _: self._end())
+        self._root.protocol("WM_DELETE_WINDOW", self._end)
 
     @property
     def address(self) -> str | None:
@@ -37,11 +46,11 @@ class Picture:
 
     def show(self, image: Frame) -> None:
         """Shows an RGB image, shape (rows, columns, 3)."""
-        encoded = base64.b64encode(cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))[1].tobytes())
         if not self.is_open:
             return
+        encoded = base64.b64encode(cv2.imencode(".png", cv2.cvtColor(image, cv2.COLOR_RGB2BGR))[1].tobytes())
         if self._page is not None:
-            self._page.put(encoded)
+            self._page.data = encoded
             return
         import tkinter
 
@@ -65,35 +74,20 @@ class Picture:
             self._root.destroy()
 
 
-def _tk_window(title: str) -> tuple[Any, Any, Any]:
-    """Window and label of Tk, and no image yet; None where Tk or the screen is missing."""
-    try:
-        import tkinter
-
-        root = tkinter.Tk()
-    except Exception:  # tkinter is missing, or TclError: no screen
-        return None, None, None
-    root.title(title)
-    label = tkinter.Label(root)
-    label.pack()
-    return root, label, None
-
-
 class _Page:
+    """A page on 127.0.0.1 that shows the image whose PNG is `data`, in base64."""
+
     def __init__(self, title: str) -> None:
+        self.data = b""
         page = self
-        self._title, self._data = title, b""
 
         class Handler(BaseHTTPRequestHandler):
-            headers_out: ClassVar = {"Content-Type": "text/html; charset=utf-8", "Cache-Control": "no-store"}
-
             def do_GET(self) -> None:
-                body = PAGE.format(title=page._title, data=page._data.decode()).encode()
                 self.send_response(200)
-                for name, value in self.headers_out.items():
-                    self.send_header(name, value)
+                self.send_header("Content-Type", "text/html; charset=utf-8")
+                self.send_header("Cache-Control", "no-store")
                 self.end_headers()
-                self.wfile.write(body)
+                self.wfile.write(PAGE.format(title=escape(title), data=page.data.decode()).encode())
 
             def log_message(self, format: str, *arguments: object) -> None:
                 del format, arguments
@@ -102,9 +96,6 @@ class _Page:
         self.address = f"http://127.0.0.1:{self._server.server_port}"
         threading.Thread(target=self._server.serve_forever, name="magicsim-picture", daemon=True).start()
         sys.stderr.write(f"magicsim: no screen; {title} is shown at {self.address}\n")
-
-    def put(self, encoded: bytes) -> None:
-        self._data = encoded
 
     def close(self) -> None:
         self._server.shutdown()

@@ -12,6 +12,7 @@ from magicsim.deform.deformation import Deformation
 from magicsim.errors import ConfigError
 from magicsim.geometry.design import MAX_DEPTH_SHARE
 from magicsim.geometry.objects.rigid_object import MOST_TWIST_DEG
+from magicsim.geometry.pose import Pose
 from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
@@ -84,9 +85,6 @@ def slip_mm(before: Deformation, after: Deformation, area_mm2: Array) -> float:
     return float(weight @ way) / total if total > 0 else 0.0
 
 
-UP = np.array([0.0, 0.0, 1.0])
-
-
 def travel(
     sensor: Sensor, start: FrameState, end: FrameState, deformation: Deformation, area_mm2: Array
 ) -> tuple[Deformation, float]:
@@ -95,7 +93,10 @@ def travel(
     reach = sensor.lattice.zone.radius_mm if sensor.lattice.zone is not None else 0.0
     if not start.can_touch:
         deformation = sensor.rest
-    lever = sensor.object.shape().support_mm(UP) if sensor.object is not None else 0.0
+    lever = 0.0
+    if (target := sensor.object) is not None:
+        upright = Pose.from_degrees(np.zeros(3), roll=target.roll_deg, pitch=target.pitch_deg)
+        lever = target.shape().support_mm(upright.rotation[2])
     way = waypoints(start, end, has_friction=has_friction, reach_mm=reach, lever_mm=lever)
     for each in way:
         before, deformation = deformation, sensor.deform(each, deformation)

@@ -132,9 +132,8 @@ def settle(pair: FingerPair, place: ObjectPlace, width_mm: float, load: Load, *,
     if touches_lower <= touches_upper:  # not pressed from both sides
         pair.take_away(width_mm)
         return ended
-    start, slid = pair.moments(), pair.slid_mm
     first = replace(place, z_mm=float(np.clip(place.z_mm, touches_upper, touches_lower).clip(*room)))
-    base = [start]
+    base = [pair.moments()]
     pair.put(first, width_mm)
     levers = pair.levers_mm(first)
     scale = np.concatenate([np.ones(3), 1 / levers])
@@ -159,7 +158,6 @@ def settle(pair: FingerPair, place: ObjectPlace, width_mm: float, load: Load, *,
         keep=keep,
     )  # fmt: skip
     settled = _inside(pair, _moved(first, found.place * scale))
-    way = max(now - before for now, before in zip(pair.slid_mm, slid, strict=True))
     if not found.is_balanced:
         limit = None if found.limit is None else COORDINATES[found.limit]
         if limit == "z_mm":
@@ -168,16 +166,16 @@ def settle(pair: FingerPair, place: ObjectPlace, width_mm: float, load: Load, *,
                 f"{room[0]:.3g} to {room[1]:.3g}"
             )
         pair.take_away(width_mm)
-        return replace(ended, place=settled, slid_mm=way, limit=limit)
-    return replace(ended, hold=Hold.of_way(way), place=settled, slid_mm=way)
+        return replace(ended, place=settled, limit=limit)
+    return replace(ended, hold=Hold.HELD, place=settled)
 
 
 def _limits(pair: FingerPair, place: ObjectPlace, room: tuple[float, float]) -> tuple[Array, Array]:
     """Smallest and largest motion of the object that the upper finger's workspace allows, shape (6,) [mm, rad]."""
     space = pair.upper.workspace
-    ranges = (space.x_mm, space.y_mm, room, space.tilt_x_deg, space.tilt_y_deg, space.twist_deg)
-    now = (place.x_mm, place.y_mm, place.z_mm, place.tilt_x_deg, place.tilt_y_deg, place.twist_deg)
-    low, high = (np.array([each[end] - at for each, at in zip(ranges, now, strict=True)]) for end in (0, 1))
+    ranges = [room if name == "z_mm" else getattr(space, name) for name in COORDINATES]
+    now = np.array([getattr(place, name) for name in COORDINATES])
+    low, high = (np.array([each[end] for each in ranges]) - now for end in (0, 1))
     low[3:], high[3:] = np.radians(low[3:]), np.radians(high[3:])
     return np.minimum(low, 0.0), np.maximum(high, 0.0)
 
@@ -197,11 +195,11 @@ def _moved(place: ObjectPlace, motion: Array) -> ObjectPlace:
     old = Rotation.from_rotvec([place.tilt_x_deg, place.tilt_y_deg, 0.0], degrees=True) * Rotation.from_euler(
         "z", place.twist_deg, degrees=True
     )
-    x, y, z, w = (Rotation.from_rotvec(motion[3:]) * old).as_quat()
-    del x, y
+    turned = Rotation.from_rotvec(motion[3:]) * old
+    _, _, z, w = turned.as_quat()
     twist = float(np.degrees(2 * np.arctan2(z, w)))
     twist += 360.0 * round((place.twist_deg - twist) / 360.0)
-    swing = Rotation.from_rotvec(motion[3:]) * old * Rotation.from_euler("z", -twist, degrees=True)
+    swing = turned * Rotation.from_euler("z", -twist, degrees=True)
     tilt_x, tilt_y, _ = swing.as_rotvec(degrees=True)
     return replace(
         place, x_mm=place.x_mm + float(motion[0]), y_mm=place.y_mm + float(motion[1]),

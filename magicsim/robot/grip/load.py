@@ -29,11 +29,6 @@ class Hold(StrEnum):
     DROPPED = "dropped"
     """No friction holds it: it is gone, and the fingers are empty."""
 
-    @classmethod
-    def of_way(cls, slid_mm: float) -> Self:
-        """Whether what rests in the grip was held or slipped on its way [mm]."""
-        return cls.SLIPPED if slid_mm > SLIPPED_MM else cls.HELD
-
     @property
     def is_empty(self) -> bool:
         """Whether nothing is between the fingers."""

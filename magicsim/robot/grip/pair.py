@@ -3,7 +3,7 @@
 An object without weight moves along the closing axis until both normal forces are equal.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -17,6 +17,7 @@ from magicsim.geometry.pose import Pose
 from magicsim.robot.darkroom import Moment
 from magicsim.robot.fingers import SIDES, ObjectPlace, finger_motion, finger_pose, half_extents_mm, object_pose
 from magicsim.robot.live import LiveSensor
+from magicsim.scenes.timeline import UNTOUCHED
 from magicsim.simulation.episode import FrameTruth
 
 SHEAR_SHARE = 2 / 3
@@ -31,6 +32,15 @@ def finger_wrench(touch: Deformation | FrameTruth, finger: Pose, origin_mm: Arra
     force = -finger.rotation @ np.asarray(touch.force_n)
     torque = np.cross(finger.position_mm - origin_mm, force) - finger.rotation @ np.asarray(touch.torque_nmm)
     return np.concatenate([force, torque])
+
+
+def both_wrench(touches: Iterable[Deformation | FrameTruth], width_mm: float, place: ObjectPlace) -> Array:
+    """Force [N] and torque about its origin [N mm] of both fingers, upper first, on the object, shape (6,)."""
+    origin = np.array([place.x_mm, place.y_mm, place.z_mm])
+    each = (
+        finger_wrench(touch, finger_pose(side, width_mm), origin) for side, touch in zip(SIDES, touches, strict=True)
+    )
+    return np.asarray(sum(each, np.zeros(6)))
 
 
 def contact_stiffness(deformation: Deformation, depth_mm: float, finger: Pose, origin_mm: Array) -> Array:
@@ -69,14 +79,28 @@ class FingerPair:
         """Upper and lower."""
         return self.upper, self.lower
 
+    def reaches_mm(self, place: ObjectPlace) -> tuple[float, float]:
+        """How far the object's origin is from the crowns of the upper and the lower face as it first touches each [mm].
+
+        Before a flat face that is how far the object reaches; a curved one recedes from it beside the crown.
+        """
+        up, down = half_extents_mm(self.target, place)
+        recedes = []
+        for side, finger in zip(SIDES, self.fingers, strict=True):
+            motion = finger_motion(side, place, 0.0, (0.0, 0.0)) | {"gap_mm": 0.0}
+            state = replace(UNTOUCHED, **motion)  # type: ignore[arg-type]
+            touching = finger.sensor.indenter(state) if finger.sensor.design.face is not None else None
+            recedes.append(0.0 if touching is None else touching.top_mm())
+        return up - recedes[0], down - recedes[1]
+
     def put(self, place: ObjectPlace, width_mm: float) -> None:
         """Brings the faces to a distance and the object to a place.
 
         `ConfigError` where it would leave a finger's workspace, `ConvergenceError` without a valid equilibrium.
         """
-        extents = half_extents_mm(self.target, place)
+        reaches = self.reaches_mm(place)
         for side, finger in zip(SIDES, self.fingers, strict=True):
-            finger.move_to(**finger_motion(side, place, width_mm, extents))
+            finger.move_to(**finger_motion(side, place, width_mm, reaches))
         self.face(width_mm)
 
     def take_away(self, width_mm: float) -> None:
@@ -100,13 +124,8 @@ class FingerPair:
             finger.go_back(moment)
 
     def wrench(self, place: ObjectPlace, width_mm: float) -> Array:
-        """Force [N] and torque about its origin [N mm] of both fingers on the object, shape (6,)."""
-        origin = object_pose(self.target, place).position_mm
-        each = (
-            finger_wrench(finger.deformation, finger_pose(side, width_mm), origin)
-            for side, finger in zip(SIDES, self.fingers, strict=True)
-        )
-        return np.asarray(sum(each, np.zeros(6)))
+        """What both fingers do to the object, see `both_wrench`."""
+        return both_wrench((finger.deformation for finger in self.fingers), width_mm, place)
 
     def stiffness(self, place: ObjectPlace, width_mm: float) -> Array:
         """First estimate of how that wrench falls with motions of the object, shape (6, 6)."""
@@ -134,7 +153,7 @@ class FingerPair:
 
     def closing_mm(self, place: ObjectPlace, *, floats: bool) -> tuple[float, float]:
         """Distances of the faces where the first one touches the object and down to which the workspaces go [mm]."""
-        up, down = half_extents_mm(self.target, place)
+        up, down = self.reaches_mm(place)
         (deepest_up, _), (deepest_down, _) = (finger.workspace.gap_mm for finger in self.fingers)
         if floats:
             return up + down, up + down + deepest_up + deepest_down
@@ -143,7 +162,7 @@ class FingerPair:
 
     def room_mm(self, place: ObjectPlace, width_mm: float) -> tuple[float, float]:
         """Smallest and largest z of the object at which both workspaces hold it [mm]; `ConfigError` without any."""
-        up, down = half_extents_mm(self.target, place)
+        up, down = self.reaches_mm(place)
         (up_low, up_high), (down_low, down_high) = (finger.workspace.gap_mm for finger in self.fingers)
         low = max(width_mm / 2 - up - up_high, down + down_low - width_mm / 2)
         high = min(width_mm / 2 - up - up_low, down + down_high - width_mm / 2)
@@ -170,7 +189,7 @@ BEYOND = 1.3
 
 def contacts_mm(pair: FingerPair, place: ObjectPlace, width_mm: float) -> tuple[float, float]:
     """Heights of the object at which it just touches the lower and the upper finger [mm]; none where not in order."""
-    up, down = half_extents_mm(pair.target, place)
+    up, down = pair.reaches_mm(place)
     return down - width_mm / 2, width_mm / 2 - up
 
 

@@ -2,12 +2,10 @@
 
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from magicsim.deform.indentation.path import as_vector
-from magicsim.robot.fingers import SIDES, ObjectPlace, finger_pose
+from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.grip.load import Hold, Load
-from magicsim.robot.grip.pair import Moments, finger_wrench
+from magicsim.robot.grip.pair import Moments, both_wrench
 from magicsim.simulation.episode import FrameTruth, SimulatedFrame, Vector
 
 
@@ -73,10 +71,7 @@ class GripMoment:
 
 def grip_truth(state: GripState, upper: FrameTruth, lower: FrameTruth, *, angle_deg: float) -> GripTruth:
     """Truth of fingers and object from that of each finger."""
-    origin = np.array([state.place.x_mm, state.place.y_mm, state.place.z_mm])
-    wrench = np.zeros(6)
-    for side, truth in zip(SIDES, (upper, lower), strict=True):
-        wrench += finger_wrench(truth, finger_pose(side, state.width_mm), origin)
+    wrench = both_wrench((upper, lower), state.width_mm, state.place)
     return GripTruth(
         **{name: getattr(state, name) for name in GripState.__slots__}, force_n=as_vector(wrench[:3]),
         torque_nmm=as_vector(wrench[3:]), imbalance_n=upper.force_n[2] - lower.force_n[2], upper=upper, lower=lower,

@@ -76,12 +76,9 @@ class Response:
         total = float(pressure.sum())
         centre = pressure @ deformation.contact_points_mm / total if total > 0 else np.zeros(3)
         return cls(
-            pose=pose,
-            wrench=np.concatenate([deformation.force_n, deformation.torque_nmm]),
-            tangent=tangent,
-            centre_mm=centre,
-            radius_mm=float(np.sqrt(deformation.contact_area_mm2 / np.pi)),
-        )
+            pose=pose, wrench=np.concatenate([deformation.force_n, deformation.torque_nmm]), tangent=tangent,
+            centre_mm=centre, radius_mm=float(np.sqrt(deformation.contact_area_mm2 / np.pi)),
+        )  # fmt: skip
 
     def motion(self, pose: Pose) -> Array:
         """The object's motion since the solve, shape (6,)."""
@@ -111,16 +108,9 @@ class AttachedSensor:
     """A sensor at a site that touches one body of the model."""
 
     def __init__(
-        self,
-        model: MjModel,
-        touch: Touch,
-        scene: SceneConfig,
-        *,
-        quality: Quality,
-        trust: Trust,
-        seed: int,
+        self, model: MjModel, touch: Touch, scene: SceneConfig, *, quality: Quality, trust: Trust, seed: int,
         opposite: Callable[[], Sensor | None],
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Builds the sensor with the body's solid as its object; `trust` is that of the first linear answer.
 
         Raises:
@@ -189,7 +179,7 @@ class AttachedSensor:
             raise ConvergenceError(msg) from None
         self.solves += 1
         self.response = Response.of(pose, self.deformation, self.sensor.tangent(state, self.deformation))
-        if predicted is not None:
+        if predicted is not None and (predicted.any() or self.response.wrench.any()):  # nothing is learned of no touch
             error_n = float(np.linalg.norm(predicted[:AXES] - self.response.wrench[:AXES]))
             self.trust = self.trust.learned(error_n)
 

@@ -42,17 +42,10 @@ class Coupling:
     """A MuJoCo model whose sensors press back: moved by `step`, frames at the camera's rate."""
 
     def __init__(
-        self,
-        model: MjModel,
-        data: MjData,
-        touches: Sequence[Touch],
-        *,
-        scene: SceneConfig | None = None,
-        quality: str | Quality = "control",
-        tolerance_n: float = 0.02,
-        damping_s: float = DAMPING_S,
+        self, model: MjModel, data: MjData, touches: Sequence[Touch], *, scene: SceneConfig | None = None,
+        quality: str | Quality = "control", tolerance_n: float = 0.02, damping_s: float = DAMPING_S,
         seed: int | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Attaches the sensors.
 
         Args:
@@ -84,19 +77,13 @@ class Coupling:
         usual = scene or next((touch.scene for touch in touches if touch.scene is not None), None) or load_scene("grip")
         _check_rates(float(model.opt.timestep), {touch.site: touch.scene or usual for touch in touches})
         grade, trust = find_quality(quality), Trust(tolerance_n=tolerance_n)
-        self.sensors: Mapping[str, AttachedSensor] = {
-            touch.site: AttachedSensor(
-                model,
-                touch,
-                touch.scene or usual,
-                quality=grade,
-                trust=trust,
-                seed=finger_seed(usual.seed if seed is None else seed, number),
-                opposite=partial(self._opposite, touch),
-            )
-            for number, touch in enumerate(touches)
-        }
+        self.sensors: dict[str, AttachedSensor] = {}
         """The attached sensors by the names of their sites."""
+        for number, touch in enumerate(touches):
+            self.sensors[touch.site] = AttachedSensor(
+                model, touch, touch.scene or usual, quality=grade, trust=trust,
+                seed=finger_seed(usual.seed if seed is None else seed, number), opposite=partial(self._opposite, touch),
+            )  # fmt: skip
         self.frames_per_second = usual.frames_per_second
         self._facing = self._facing_pairs()
         self.reset()

@@ -8,13 +8,14 @@ import numpy as np
 
 from magicsim.arrays import Array
 from magicsim.deform.deformation import Deformation
-from magicsim.deform.lattice.zone import Zone
+from magicsim.deform.lattice.zone import BLUNT, Zone
 from magicsim.errors import ConfigError
 from magicsim.geometry.indenter import Indenter
 from magicsim.geometry.pose import Pose
 from magicsim.robot.fingers import TO_GRIPPER
 from magicsim.robot.live import LEAST_WIDTH_MM
 from magicsim.robot.mujoco.solids import MM, BodyObject, MjData
+from magicsim.robot.workspace import Range
 from magicsim.scenes.rig import FARTHEST_MM
 from magicsim.scenes.scene import SceneConfig
 from magicsim.scenes.timeline import UNTOUCHED, FrameState
@@ -41,10 +42,6 @@ def facing_distance_mm(data: MjData, own: int, other: int, names: tuple[str, str
     return distance
 
 
-BLUNT = 0.5
-"""Smallest feature of a blunt object in units of half the zone's shorter side, as in `magicsim.deform.lattice.zone`."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PosedState(FrameState):
     """A frame's state with the object in a pose of its own; gap, shift and twist are read off it."""
@@ -61,44 +58,26 @@ def posed_state(thing: BodyObject, pose: Pose) -> FrameState:
     is_behind = z - solid.support_mm(-up) >= 0
     if is_behind or max(abs(x), abs(y), gap) > FARTHEST_MM:
         return UNTOUCHED
-    return PosedState(
-        gap_mm=gap,
-        x_mm=x,
-        y_mm=y,
-        twist_deg=math.degrees(math.atan2(pose.rotation[1, 0], pose.rotation[0, 0])),
-        flashlight=False,
-        light_x_mm=0.0,
-        pose=pose.key(),
-    )
+    twist = math.degrees(math.atan2(pose.rotation[1, 0], pose.rotation[0, 0]))
+    return PosedState(gap_mm=gap, x_mm=x, y_mm=y, twist_deg=twist, flashlight=False, light_x_mm=0.0, pose=pose.key())
 
 
 class PosedSensor(Sensor):
     """A sensor of a scene with another object, fine on a declared part of its face."""
 
     def __init__(
-        self,
-        scene: SceneConfig,
-        thing: BodyObject,
-        *,
-        x_mm: tuple[float, float],
-        y_mm: tuple[float, float],
-        opposite: Callable[[], Sensor | None] | None = None,
-    ) -> None:
+        self, scene: SceneConfig, thing: BodyObject, *, x_mm: Range, y_mm: Range,
+        opposite: Callable[[], Sensor | None],
+    ) -> None:  # fmt: skip
         """Builds the sensor, fine where the object may touch; `opposite` as for `Sensor`."""
         feature = thing.shape().feature_mm
         zone = Zone(low_mm=(x_mm[0], y_mm[0]), high_mm=(x_mm[1], y_mm[1]), feature_mm=feature)
         self._declared = replace(zone, is_blunt=feature > BLUNT * zone.radius_mm)
         self._thing = thing
         super().__init__(
-            scene.design,
-            scene.rig,
-            thing,
-            contact=scene.contact,
-            render=scene.render,
-            seed=scene.seed,
-            step_s=1 / scene.frames_per_second,
-            opposite=opposite,
-        )
+            scene.design, scene.rig, thing, contact=scene.contact, render=scene.render, seed=scene.seed,
+            step_s=1 / scene.frames_per_second, opposite=opposite,
+        )  # fmt: skip
 
     def _zone(self) -> Zone:
         return self._declared

@@ -88,7 +88,38 @@ def test_recording_is_an_episode_that_can_be_simulated_again(session: Session, t
     assert (len(read.references), len(read.frames)) == (3, 2)
 
 
-def test_another_design_is_built_and_the_object_waits_outside(session: Session):
+def test_object_that_is_away_keeps_its_place(session: Session):
+    sight = session.go(replace(session.now, has_object=False, gap_mm=3.0, x_mm=0.5))
+    assert (sight.wish.has_object, sight.wish.gap_mm, sight.wish.x_mm) == (False, 3.0, 0.5)
+    assert session.go(replace(sight.wish, has_object=True)).object_pose.position_mm[0] == 0.5
+
+
+def test_object_that_a_scene_has_not_is_refused(tiny_scene, lines):
+    bare = tiny_scene.model_copy(update={"object": None})
+    session = Session(bare, quality=FULL_QUALITY, workspace=SPACE, told=lines.append)
+    assert not session.now.has_object
+    sight = session.go(replace(session.now, has_object=True))
+    assert sight.refusal is not None
+    assert sight.refusal.startswith("object is missing")
+
+
+def test_object_waits_inside_of_the_workspace(tiny_scene, lines):
+    space = replace(SPACE, x_mm=(1.0, 2.0), gap_mm=(-1.0, 3.0))
+    session = Session(tiny_scene, quality=FULL_QUALITY, workspace=space, told=lines.append)
+    assert (session.now.x_mm, session.now.gap_mm) == (1.0, 3.0)
+
+
+def test_thin_block_is_pressed_no_deeper_than_it_allows(tiny_scene, lines):
+    design = tiny_scene.design.model_copy(update={"core_mm": 0.9, "skin_mm": 0.4})
+    thin = tiny_scene.model_copy(update={"design": design})
+    session = Session(thin, quality=FULL_QUALITY, workspace=replace(SPACE, gap_mm=(-2, 10)), told=lines.append)
+    assert session.go(session.now).refusal is None
+    refusal = session.go(replace(session.now, gap_mm=-1.8)).refusal
+    assert refusal is not None
+    assert refusal.startswith("gap_mm = -1.8 is not allowed: must be -1.53 to 10")
+
+
+def test_another_design_is_built_under_the_same_lights(session: Session):
     session.go(replace(session.now, led_strength=(0.5, 1.0, 1.0)))
     sight = session.go(replace(session.now, design=(1.0, 5.0, 0.8, 0.1)))
     assert sight.refusal is None

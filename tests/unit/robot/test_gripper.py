@@ -8,7 +8,7 @@ from magicsim.deform.indentation.press import press
 from magicsim.errors import ConfigError, ConvergenceError
 from magicsim.geometry.objects.kinds import parse_object
 from magicsim.geometry.pose import Pose
-from magicsim.robot.fingers import ObjectPlace
+from magicsim.robot.fingers import SIDES, ObjectPlace, finger_pose
 from magicsim.robot.grip.pair import BALANCE_N
 from magicsim.robot.gripper import Gripper
 from magicsim.robot.live import LiveSensor
@@ -35,6 +35,12 @@ def gripper(shared_gripper: Gripper) -> Gripper:
     """Two fingers of a block without friction, open, that are solved and not rendered."""
     shared_gripper.reset()
     return shared_gripper
+
+
+@pytest.fixture
+def rubbing_gripper() -> Iterator[Gripper]:
+    with Gripper(load_scene("grip", BLOCK), workspace=SPACE) as gripper:
+        yield gripper
 
 
 def test_symmetric_grasp_is_in_balance(gripper: Gripper):
@@ -284,3 +290,29 @@ def test_motion_beyond_what_the_print_bears_is_told_once_or_refused(caplog: pyte
             strict.close(narrow)
         assert strict.width_mm == wide
         assert not strict.truth().beyond_limits
+
+
+def test_curved_fingers_press_an_object_beside_the_crown_where_it_is():
+    radius, ball = 20.0, 4.0
+    dome = f'design.face={{kind="dome",radius_x_mm={radius},radius_y_mm={radius},crown_mm=1.5}}'
+    place, aside = ObjectPlace(x_mm=0.8, y_mm=-0.9), np.hypot(0.8, 0.9)
+    with Gripper(block(dome), workspace=SPACE) as gripper:
+        assert gripper.touching_width_mm == pytest.approx(2 * ball)
+        # Both balls touch where their centres are both radii apart.
+        deepest = np.sqrt((radius + ball) ** 2 - aside**2) - radius
+        width = 2 * deepest - 0.6
+        gripper.close(width, place=place)
+        truth = gripper.truth()
+        assert (truth.upper.depth_mm, truth.lower.depth_mm) == pytest.approx((0.3, 0.3), abs=1e-3)
+        for side, finger in zip(SIDES, gripper.fingers, strict=True):
+            origin = finger.sensor.indenter(finger.state).pose.position_mm
+            assert finger_pose(side, width).to_sensor(origin[None])[0] == pytest.approx([0.8, -0.9, 0.0])
+
+
+def test_skin_that_a_placed_object_drags_along_slides(rubbing_gripper: Gripper):
+    gripper = rubbing_gripper
+    gripper.close(gripper.touching_width_mm - 1)
+    gripper.close(gripper.touching_width_mm - 1, place=ObjectPlace(x_mm=1.0))
+    assert gripper.truth().slid_mm == max(finger.slid_mm for finger in gripper.fingers) > 0.1
+    gripper.close(gripper.touching_width_mm + 1)
+    assert gripper.truth().slid_mm == 0

@@ -1,10 +1,12 @@
 from dataclasses import replace
 from itertools import pairwise
 from math import hypot
+from types import SimpleNamespace
 
 import pytest
 
-from magicsim.robot.workspace import ENTRY_STEP_MM, SLIDE_STEP_MM, waypoints
+from magicsim.geometry.objects.kinds import parse_object
+from magicsim.robot.workspace import ENTRY_STEP_MM, SLIDE_STEP_MM, travel, waypoints
 from magicsim.scenes.timeline import UNTOUCHED
 
 NEAR = replace(UNTOUCHED, gap_mm=1.0)
@@ -51,3 +53,20 @@ def test_twist_counts_by_the_way_of_the_rim():
 def test_lights_are_those_of_the_end_all_along():
     end = replace(PRESSED, x_mm=2.0, flashlight=True, light_x_mm=3.0)
     assert all(each.flashlight and each.light_x_mm == 3 for each in waypoints(NEAR, end, has_friction=True, reach_mm=2))
+
+
+@pytest.mark.parametrize("line", ["box:size_mm=8x8x30", "box:size_mm=30x8x8,pitch_deg=-90"])
+def test_tilt_counts_by_the_height_of_the_object_as_it_stands(line: str):
+    solved = []
+
+    def deform(state, previous):
+        solved.append(state)
+        return previous
+
+    rest = SimpleNamespace(is_rest=True)
+    sensor = SimpleNamespace(
+        contact=SimpleNamespace(friction=0.8), lattice=SimpleNamespace(zone=None), object=parse_object(line),
+        deform=deform, rest=rest,
+    )  # fmt: skip
+    travel(sensor, PRESSED, replace(PRESSED, tilt_x_deg=20.0), rest, None)
+    assert len(solved) == 11  # 15 mm x 20 degrees in steps of 0.5 mm

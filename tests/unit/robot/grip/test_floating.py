@@ -4,7 +4,6 @@ from types import SimpleNamespace
 
 import pytest
 
-from magicsim.geometry.objects.kinds import parse_object
 from magicsim.robot.fingers import ObjectPlace
 from magicsim.robot.grip.pair import BALANCE_N, float_between
 
@@ -15,11 +14,13 @@ class Springs:
     """A ball between two springs, in the place of the fingers."""
 
     def __init__(self, upper_n: float, lower_n: float, power: float) -> None:
-        self.target = parse_object(f"sphere:radius_mm={RADIUS_MM}")
         self.stiff_n, self.power, self.tried = (upper_n, lower_n), power, []
         space = SimpleNamespace(gap_mm=(-DEEPEST_MM, 30.0))
         self.upper, self.lower = (SimpleNamespace(workspace=space, deformation=None) for _ in range(2))
         self.now = (0.0, 0.0)
+
+    def reaches_mm(self, place: ObjectPlace) -> tuple[float, float]:
+        return RADIUS_MM, RADIUS_MM
 
     def put(self, place: ObjectPlace, width_mm: float) -> None:
         self.go_back(tuple(max(0.0, RADIUS_MM + side * place.z_mm - width_mm / 2) for side in (1, -1)))

@@ -7,6 +7,7 @@ import pytest
 from laboratory.interrupts import differences
 
 from magicsim.errors import ConfigError
+from magicsim.geometry.pose import Pose
 from magicsim.robot.mujoco import Coupling, Touch, compiled
 from magicsim.scenes.scene import SceneConfig, load_scene
 from robot.conftest import TINY
@@ -56,6 +57,18 @@ def test_ball_comes_to_rest_where_the_force_is_its_weight(block: SceneConfig):
     assert abs(coupling.data.qvel[2]) < 1e-3
     assert sensor.solves < 40
     assert coupling.data.xfrc_applied.any() == np.False_
+
+
+def test_touch_beside_the_crown_of_a_dome_is_met_when_it_begins():
+    radius, aside = 12.0, 4.0
+    dome = load_scene("grip", [*BLOCK, f'design.face={{kind="dome",radius_x_mm={radius},crown_mm=1.5}}'])
+    sensor = coupled(body(BALL), dome).sensors["sensor"]
+    touch = radius - np.sqrt((radius + RADIUS_MM) ** 2 - aside**2)  # where the centres are both radii apart
+    for height in np.arange(-RADIUS_MM - 0.1, touch + 0.06, 0.01):
+        pose = Pose(position_mm=np.array([aside, 0.0, height]), rotation=np.eye(3))
+        if sensor.needs_solve(pose):
+            sensor.solve(pose)
+    assert sensor.wrench(pose)[2] > 0
 
 
 def test_lattice_is_fine_where_the_touch_says_and_coarser_beyond():
