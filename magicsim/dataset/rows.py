@@ -29,7 +29,7 @@ from magicsim.dataset.shard import (
 )
 from magicsim.deform.deformation import Deformation
 from magicsim.deform.indentation.force import DIGITS, press_to_force
-from magicsim.deform.lattice.structure import box_lattice, curved
+from magicsim.deform.lattice.structure import box_lattice
 from magicsim.errors import ConfigError
 from magicsim.geometry.grid import lattice_planes, resolve_grid
 from magicsim.geometry.indenter import Indenter
@@ -221,5 +221,5 @@ def _sensor_row(sensor: DrawnSensor) -> dict[str, object]:
         "design": sensor.design.model_dump_json(),
         "rig": sensor.rig.model_dump_json(),
         "calibration": json.dumps(asdict(calibrate_camera(sensor.design, sensor.rig))),
-        "lattice_nodes_mm": curved(lattice, sensor.design).nodes_mm,
+        "lattice_nodes_mm": sensor.design.lifted(lattice.nodes_mm),
     } | {f"drawn.{name}": number for name, number in sensor.values.items()}
