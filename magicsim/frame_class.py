@@ -55,12 +55,17 @@ def scored_class(label: str | None) -> FrameClass | None:
 def classify_frame(
     *, gap_mm: float | None, force_n: float = 0.0, light_on: bool = False, is_reference: bool = False
 ) -> FrameClass | None:
-    """The class of a frame; None for one that is not scored, as a reference never is.
+    """The class of a frame, or None for one that is not scored.
 
-    The gap is the shortest distance from the object's surface to the undeformed contact face [mm], negative when
-    pressed and None without an object. With one in the scene the object decides the class, and not the flashlight.
+    Args:
+        gap_mm: Shortest distance from the object's surface to the undeformed contact face [mm], negative when
+            pressed; None without an object.
+        force_n: Contact force [N].
+        light_on: Whether a flashlight is on. With an object in the scene the object decides the class.
+        is_reference: Whether the frame made the references; such a frame is never scored.
 
-    `ConfigError` where gap or force [N] is not finite.
+    Raises:
+        ConfigError: A gap or force that is not finite.
     """
     for name, value in (("gap_mm", gap_mm), ("force_n", force_n)):
         if value is not None and not math.isfinite(value):

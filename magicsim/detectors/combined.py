@@ -29,13 +29,17 @@ from magicsim.errors import ConfigError
 def detect(
     frame: npt.ArrayLike, references: References, profile: DetectorProfile, *, source: str | None = None
 ) -> Verdict:
-    """Judge one frame: an RGB image, uint8, shape (rows, columns, 3), exposed as the references were.
+    """Judge one frame.
 
-    References are from `fuse` with the same profile; its thresholds tau_e, tau_c and tau_g may differ. The verdict
-    keeps `source`, where the frame came from.
+    Args:
+        frame: RGB image, uint8, shape (rows, columns, 3), same exposure as the references.
+        references: From `fuse` with the same profile; its thresholds tau_e, tau_c and tau_g may differ.
+        profile: Thresholds and options.
+        source: Where the frame came from, kept in the verdict.
 
-    `FrameError` where the frame is no image of the references' size, `ConfigError` where these were fused with other
-    options than the profile's.
+    Raises:
+        FrameError: The frame is not an image of the references' size, or the references show no grid.
+        ConfigError: The references were fused with other options than the profile's.
     """
     _check_match(references, profile)
     rest = references.rest

@@ -38,8 +38,15 @@ def step_slip(state: SlipState, verdict: Verdict, profile: DetectorProfile) -> t
 
     With S_low the smallest S of the last `slip_window` frames, a slip is
     (S - S_low) / (1 - S_low) >= slip_share, or a touch that is lost: S >= tau_g + touch_hysteresis (1 - tau_g);
-    neither if E is `slip_entropy_rise` or more above that of the last frame. The state is `SlipState()` when the object
-    is taken hold of, then that of the step before, which is returned first.
+    neither if E is `slip_entropy_rise` or more above that of the last frame.
+
+    Args:
+        state: `SlipState()` when the object is taken hold of, then from the step before.
+        verdict: Of the frame; its E, S and proximity count.
+        profile: slip_share, slip_window, slip_entropy_rise, tau_g and touch_hysteresis.
+
+    Returns:
+        The next state, and whether the object slipped.
     """
     similarity, entropy = verdict.similarity, verdict.entropy
     if verdict.proximity is Proximity.NOISE:
@@ -94,9 +101,13 @@ class GraspState:
 
 
 def step_grasp(state: GraspState, verdict: Verdict, profile: DetectorProfile, *, opening: bool = False) -> GraspState:
-    """The machine after one more frame, from `GraspState()` at first; a pure function of what it is given.
+    """The machine after one more frame; a pure function of what it is given.
 
-    `opening` says that the gripper opens on purpose, so that losing the object is no slip.
+    Args:
+        state: `GraspState()` first, then from the step before.
+        verdict: Of the frame.
+        profile: Numbers of frames, hysteresis, slip, thresholds.
+        opening: Whether the gripper opens on purpose, so that losing the object is no slip.
     """
     if opening and state.stage not in (GraspStage.WAITING, GraspStage.RETURNING):
         return GraspState(stage=GraspStage.RETURNING)

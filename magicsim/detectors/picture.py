@@ -55,9 +55,14 @@ def once(remark: Remark) -> Remark:
 
 
 def read_image(path: str | Path, remark: Remark = unheard) -> Frame:
-    """Read an image file as RGB, shape (rows, columns, 3), turned as its metadata says, which `remark` hears.
+    """Read an image file as RGB, shape (rows, columns, 3), turned as its metadata says.
 
-    `FrameError` where the file is missing, cannot be decoded, holds several pictures, or not 8-bit colour.
+    Args:
+        path: File with one picture.
+        remark: Hears that it was turned, or that its format loses detail.
+
+    Raises:
+        FrameError: The file is missing, cannot be decoded, holds several pictures, or not 8-bit colour.
     """
     path = Path(path)
     content = _content(path)

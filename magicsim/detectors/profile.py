@@ -81,9 +81,11 @@ ConstantChannel = Literal["zero", "skip"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DetectorProfile:
-    """Thresholds and options of the detectors.
+    """Thresholds and options of the detectors; one that is out of range cannot be constructed.
 
-    `ConfigError` where one has the wrong type or lies outside its range, with field, value and what is allowed.
+    Raises:
+        ConfigError: A value has the wrong type or lies outside its range; the line names the field, the value
+            and what is allowed.
     """
 
     schema_version: int = option(SCHEMA_VERSION, "Version of these keys.", SCHEMA_VERSION, SCHEMA_VERSION)
@@ -184,8 +186,12 @@ class DetectorProfile:
 def load_profile(name_or_path: str | Path) -> DetectorProfile:
     """Read a profile by its shipped name (`published`) or from the user's own TOML file.
 
-    Keys that the file leaves out keep their published values. `PresetError` where there is no such profile,
-    `ConfigError` where it is not valid TOML, has an unknown key, or a value that `DetectorProfile` refuses.
+    Keys that the file leaves out keep their published values.
+
+    Raises:
+        PresetError: There is no such profile.
+        ConfigError: Not valid TOML, an unknown key, or a value of the wrong type or out of range; the line
+            names the file, the field, the value and what is allowed.
     """
     path = find_preset("profile", name_or_path)
     values = read_toml(path)
@@ -200,10 +206,16 @@ def load_profile(name_or_path: str | Path) -> DetectorProfile:
 
 
 def save_profile(profile: DetectorProfile, path: str | Path, *, comment: str) -> None:
-    """Write a profile as TOML that `load_profile` reads back unchanged; the file is replaced whole or not at all.
+    """Write a profile as TOML that `load_profile` reads back unchanged.
 
-    The comment, of one line or several, opens it and says what it describes. `ConfigError` where that is empty,
-    `OutputError` where the file cannot be written.
+    Args:
+        profile: What to write.
+        path: The file; replaced whole or not at all.
+        comment: Opening comment that says what the profile describes; may have several lines.
+
+    Raises:
+        ConfigError: The comment is empty.
+        OutputError: The file cannot be written.
     """
     if not comment.strip():
         raise ConfigError("comment is empty; a profile file opens with a comment that says what it describes")

@@ -163,7 +163,9 @@ def fuse(frames: Iterable[Frame], profile: DetectorProfile) -> References:
     Takes the first `profile.reference_count` frames. Fewer are accepted as long as each background
     reference gets a frame; `References.grid.frames` tells how many there were.
 
-    `FrameError` where there are fewer, one is no image, sizes differ, or no channel shows a grid.
+    Raises:
+        FrameError: Fewer frames than background references, a frame that is not an image, frames of
+            different sizes, or no grid in any channel.
     """
     taken = list(islice(frames, profile.reference_count))
     if len(taken) < profile.background_count:
@@ -211,11 +213,16 @@ def with_touches(references: References, touches: Sequence[Frame], profile: Dete
     """References that know the sensor's own first touches.
 
     S there sets the threshold, and where these touches are as alike in all channels as outside light is, C decides
-    nothing. References are from `fuse` with the same profile, `touches` are frames of the touched sensor alone, of one
-    to three touches, each (rows, columns, 3).
+    nothing.
 
-    `ConfigError` where the profile has fixed thresholds, there is no frame, or S does not fall in the touches;
-    `FrameError` where a frame cannot be used.
+    Args:
+        references: From `fuse` with the same profile.
+        touches: Frames of the touched sensor, one to three touches, each (rows, columns, 3); none in between.
+        profile: In units of rest.
+
+    Raises:
+        ConfigError: The profile has fixed thresholds, there is no frame, or S does not fall in the touches.
+        FrameError: A frame cannot be used.
     """
     rest = references.rest
     if rest is None:

@@ -67,9 +67,12 @@ def read_source(source: str | Path, remark: Remark | None = None) -> Frames:
 
     Those of a folder come by the numbers in their names, all pictures of a file of several one after the other. A
     camera is opened with its first frame and released when the iterator is closed, so that one camera can give the
-    references first and the frames to judge afterwards. `remark`, the log by default, hears what was done to frames
-    (turned as their file says, put in order) and what is odd about them (a coding that loses detail, a video that ends
-    early).
+    references first and the frames to judge afterwards.
+
+    Args:
+        source: Image file, folder of images, video file, or index of a camera.
+        remark: Hears what was done to frames (turned as their file says, put in order) and what is odd about them
+            (a coding that loses detail, a video that ends early); the log by default.
 
     Raises:
         ConfigError: The source does not exist, is of no known kind, holds no image, or does not tell their order.

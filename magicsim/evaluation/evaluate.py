@@ -136,7 +136,8 @@ def evaluate(
         cache: Folder where simulated episodes are kept.
         told: Hears what takes longer than two seconds.
 
-    `MagicsimError` where there is no such detector, it fails, or an episode cannot be simulated or read.
+    Raises:
+        MagicsimError: No such detector, it fails, or an episode cannot be simulated or read.
     """
     name = detector if isinstance(detector, str) else getattr(detector, "__name__", type(detector).__name__)
     make = detector_by(detector, is_coated=suite.design.is_opaque)
@@ -155,11 +156,11 @@ def evaluate_suite(
     films: Iterable[list[Footage]] | None = None,
     told: Told = on_stderr,
 ) -> Evaluation:
-    """Judges a detector, made anew for every episode.
+    """Judges a detector.
 
     Args:
         suite: The episodes.
-        make: Makes the detector.
+        make: Makes the detector, anew for every episode.
         name: Of the suite, for results.
         detector: Its name, for results.
         cache: Folder of takes, where simulated episodes are kept.
@@ -168,7 +169,8 @@ def evaluate_suite(
         films: Footage of each take instead of all of the suite's.
         told: Hears what takes longer than two seconds; nothing where `progress` does.
 
-    `MagicsimError` where an episode cannot be simulated or read, the detector fails, or the baseline does not fit.
+    Raises:
+        MagicsimError: An episode cannot be simulated or read, the detector fails, or the baseline does not fit.
     """
     start, coated = time.perf_counter(), suite.design.is_opaque
     total = len(list_cases(suite)) + len(suite.recordings)

@@ -202,7 +202,10 @@ def load_suite(name: str | Path, overrides: Sequence[str] = (), *, seed: int | N
     """Reads a suite by preset name or path and puts its design and rig in place.
 
     Overrides are `dotted.key=value`; `design.` and `rig.` reach into those files. A seed stands for the file's.
-    `PresetError` where suite, design or rig does not exist, `ConfigError` where their content is not acceptable.
+
+    Raises:
+        PresetError: The suite, its design or its rig does not exist.
+        ConfigError: The content is not acceptable.
     """
     path = find_preset("suite", name)
     data = read_whole(path, overrides)

@@ -50,7 +50,11 @@ class DetectionScore:
 
 
 def score_verdicts(verdicts: Sequence[Verdict], classes: Sequence[FrameClass | None]) -> DetectionScore:
-    """Compare verdicts with the classes of the same frames; `ConfigError` where the two differ in length."""
+    """Compare verdicts with the classes of the same frames.
+
+    Raises:
+        ConfigError: The two differ in length.
+    """
     if len(verdicts) != len(classes):
         raise ConfigError(f"{len(verdicts)} verdicts for {len(classes)} classes; must be one for each")
     pairs = list(zip(verdicts, classes, strict=True))

@@ -118,9 +118,12 @@ class Sensor:
         Args:
             scene: What happens.
             states: Where the object may touch, in place of the scene's own states.
-            untouched: See the sensor itself, whose errors are raised too.
+            untouched: Untouched states of sensors that other episodes share.
             companion: See the sensor itself.
             opposite: See the sensor itself.
+
+        Raises:
+            MagicsimError: As the sensor itself.
         """
         return cls(
             scene.design, scene.rig, scene.object, contact=scene.contact, render=scene.render,
