@@ -5,8 +5,9 @@
 For each object: the relative change of the fluence from just before contact to the touch, by many particles, weighted
 by the fluence of the cells, which is the error of leaving it out; how large it is expected to be, which decides on that
 (`render.light_change`); the noise of a frame's own particles in local means over two cells; and the error of what
-`anchored_light` makes of it, with the expected size of a change and without. Root mean squares of changes and errors
-are products of two independent sets of many particles, so that their noise adds nothing in the mean.
+`anchored_light` makes of it, with the expected size of a change and without; and that of what a block without walls
+says (`laboratory/light/wall_less.py`), whose particles bring noise from the dent alone. Root mean squares of changes
+and errors are products of two independent sets of many particles, so that their noise adds nothing in the mean.
 """
 
 import argparse
@@ -16,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from laboratory.light.wall_less import touch_change
 from scipy.ndimage import gaussian_filter
 
 from magicsim.light.frame.anchored_light import (
@@ -43,6 +45,8 @@ TOUCHES = {
     "box of 7 mm, 0.5 mm": (-0.5, ("object={kind='box',size_mm=[7,7,10]}",)),
     "box on all of the face, 0.1 mm": (-0.1, ("object={kind='box',size_mm=[40,50,10]}",)),
 }
+WALL_LESS = 100_000
+"""Particles of each strip in a block without walls."""
 FIRST_SEED = 900
 """Seed of the many particles, apart from those of the draws."""
 
@@ -63,7 +67,8 @@ def measured(gap_mm: float, overrides: tuple[str, ...], *, particles: int, draws
     press = f"keyframes=[{{frame=0,gap_mm={gap_mm},x_mm=1.0,y_mm=0.5}}]"
     sensor = Sensor.for_scene(load_scene("near", [press, *overrides], seed=1))
     state = FrameState(gap_mm=gap_mm, x_mm=1.0, y_mm=0.5, twist_deg=0.0, flashlight=False, light_x_mm=0.0)
-    renderer, view = sensor.renderer, sensor.view(state, sensor.deform(state, sensor.rest))
+    deformation = sensor.deform(state, sensor.rest)
+    renderer, view = sensor.renderer, sensor.view(state, deformation)
     rest, touched, placed = renderer.light(View()), renderer.light(view), renderer.placed(view)
     outside, shares = renderer.outside(lifted(placed), None), rest.shares(sensor.settings.particles)
     own = sum(count for name, count in shares.items() if name != ENVIRONMENT)
@@ -84,7 +89,8 @@ def measured(gap_mm: float, overrides: tuple[str, ...], *, particles: int, draws
     contact = renderer.contact(placed)
     share = contact_share(rest.inventory.centres_mm(), contact.vertices, contact.faces)
     size = Expected(cells=share, voxels=np.ones(1))
-    kept: dict[str, list[float]] = {"noise": [], "kept": [], "all": []}
+    kept: dict[str, list[float]] = {"noise": [], "kept": [], "all": [], "wall-less": []}
+    albedo = float(np.mean(sensor.object.color))
     for seed in range(draws):
         now, cheap = light(shares, seed)
         noise = mean_field(cheap, counts) / level - 1
@@ -94,6 +100,9 @@ def measured(gap_mm: float, overrides: tuple[str, ...], *, particles: int, draws
             found = total([anchored_light(*each, counts, None, expected=expected) for each in fields]).fluence
             wrong = [mean_field(found, counts) / known - 1 - truth for truth in truths]
             kept[name].append(rms(wrong[0], wrong[1], level) ** 2)
+        more = touch_change(sensor, state, deformation, particles=WALL_LESS, seed=seed, albedo=albedo)
+        said = mean_field(careful * (1 + more), counts) / known - 1
+        kept["wall-less"].append(rms(said - truths[0], said - truths[1], level) ** 2)
     errors = {name: float(np.sqrt(np.mean(squares))) for name, squares in kept.items()}
     change = rms(truths[0], truths[1], level)
     return {
@@ -105,6 +114,7 @@ def measured(gap_mm: float, overrides: tuple[str, ...], *, particles: int, draws
         "noise_of_frame": errors["noise"],
         "error_expected": errors["kept"],
         "error_all": errors["all"],
+        "error_wall_less": errors["wall-less"],
     }
 
 
