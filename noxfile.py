@@ -137,7 +137,7 @@ FIGURES = (
     "python benchmarks/frame_error.py --out docs/benchmarks/tiers.json --tiers true,control,fast --objects ball,box "
     "--depths 0.1,0.5,1,2 --images 4",
     "python benchmarks/tier_verdicts.py build/tier-verdicts --out docs/benchmarks/tier-verdicts.json",
-    "python benchmarks/touch_light.py --out docs/benchmarks/touch-light.json",
+    "python benchmarks/touch_light.py --draws 2 --out docs/benchmarks/touch-light.json",
     "python benchmarks/face_facets.py --out docs/benchmarks/face-facets.json",
     "python benchmarks/default_lattice.py --out docs/benchmarks/default-lattice.json",
     "python benchmarks/wall_buckling.py",
