@@ -4,6 +4,7 @@ To compile a kernel takes longer than most frames.
 """
 
 import gc
+import weakref
 from dataclasses import replace
 
 import pytest
@@ -60,3 +61,16 @@ def test_frames_of_other_gaps_need_no_other_kernels(gaps_mm: tuple[float, ...]):
         found.append({each["hash"] for each in dr.kernel_history() if "hash" in each})
     assert len(found[1]) >= 5
     assert found[2] <= found[0] | found[1]
+
+
+def test_a_sensor_that_is_no_more_used_leaves_no_scene_behind():
+    """Shapes that live on change the numbers of those that come, and with them all kernels."""
+    sensor = Sensor.for_scene(load_scene("rest", SMALL, seed=5))
+    sensor.renderer.plain_radiance(View())
+    inventory = weakref.ref(sensor.renderer.light(View()).inventory)
+    gc.disable()
+    try:
+        del sensor
+        assert inventory() is None
+    finally:
+        gc.enable()
