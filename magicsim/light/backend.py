@@ -6,9 +6,7 @@ so the right one must be named before that.
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from types import MethodType
 from typing import Any
-from weakref import WeakMethod
 
 import numpy as np
 import numpy.typing as npt
@@ -105,20 +103,17 @@ def floats(values: npt.ArrayLike) -> Any:
 class OfMesh:
     """What is made of a mesh as it is now, made anew where its vertices were replaced."""
 
-    def __init__(self, make: Callable[[Any], Any]) -> None:
-        # A method of whoever holds this would hold it in turn: a scene that is no more used would live on, and shapes
-        # that live change the numbers of others, so that all kernels were compiled anew.
-        self._make = WeakMethod(make) if isinstance(make, MethodType) else lambda: make
+    def __init__(self) -> None:
         self._positions, self._made = None, None
 
-    def of(self, shape: Any) -> Any:
-        """What is made of this shape."""
+    def of(self, shape: Any, make: Callable[[Any], Any]) -> Any:
+        """What `make` makes of this shape."""
+        # It is no part of this: a method of whoever holds this would hold it in turn, and a scene that is no more used
+        # would live on. Shapes that live change the numbers of others, so that all kernels were compiled anew.
         positions = mi.traverse(shape)["vertex_positions"]
         # Replaced vertices are another variable. The one kept here stays alive, so that its index is not used again; it
         # is a handle of our own, because what the mesh hands out follows the mesh.
         if self._positions is None or self._positions.index != positions.index:
-            make = self._make()
-            assert make is not None
             self._made, self._positions = make(shape), mi.Float(positions)
         return self._made
 

@@ -5,6 +5,7 @@ inside and leaves at one of their ends, so that place and direction follow in cl
 flake is a round diffuse platelet that both sides send light back from.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -13,7 +14,7 @@ import numpy as np
 from magicsim.arrays import Array
 from magicsim.geometry.elastomer import Elastomer
 from magicsim.geometry.printed_cells import PlacedInclusions
-from magicsim.light.backend import OfMesh, aligned, dr, floats, mi
+from magicsim.light.backend import aligned, dr, floats, mi
 
 OFF_MM = 2e-6
 """How far off a flake light goes on from it [mm]."""
@@ -183,10 +184,10 @@ def transforms(placed: PlacedInclusions) -> np.ndarray[Any, np.dtype[np.float64]
     return found
 
 
-def held_scatterers(elastomer: Elastomer) -> OfMesh | None:
-    """Scatterers of a block by the mesh of its cells, or None where its print is clean.
+def placing(elastomer: Elastomer) -> Callable[[Any], tuple[Scatterers, Array]] | None:
+    """A function that places scatterers in a mesh of a block's cells, or None where its print is clean.
 
-    For each state of the mesh they are `Scatterers`, and the volume of bubbles in each cell, shape (cells, 1) [mm3].
+    It gives them, and the volume of bubbles in each cell, shape (cells, 1) [mm3].
     """
     drawn, infill = elastomer.inclusions, elastomer.design.materials.infill
     if drawn is None or infill is None:
@@ -197,4 +198,4 @@ def held_scatterers(elastomer: Elastomer) -> OfMesh | None:
         found, reflectance = drawn.placed(positions.reshape(-1, 3)), elastomer.design.inclusions.flake_reflectance
         return Scatterers.of(found, drawn.cells, infill.ior, reflectance), found.air_mm3(drawn.cells)[:, None]
 
-    return OfMesh(placed)
+    return placed

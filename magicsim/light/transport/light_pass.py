@@ -54,7 +54,7 @@ class Tracks:
     """Flux on each of the object's triangles, shape (lights, triangles, 3)."""
     balance: dict[str, Array] | None = None
     """Flux of each channel, shape (3,), summed over a chunk's particles: `emitted`, absorbed in a `clear_body` and by
-    `surfaces`, `escaped`, and `ended`; if that was asked for."""
+    `surfaces`, `escaped`, and `ended` with paths, less what roulette gave to others; if that was asked for."""
 
 
 def sum_tracks(parts: Sequence[Tracks]) -> Tracks:

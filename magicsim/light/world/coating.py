@@ -263,7 +263,7 @@ class FaceCoating:
         self._faces = faces
         self._rest_mm = vertices[:, :2]
         self._places = (vertices[:, :2] - origin) / pixel
-        self._coating = OfMesh(self._mapped)
+        self._coating = OfMesh()
 
     @classmethod
     def of(cls, elastomer: Elastomer, rig: Rig) -> Self | None:
@@ -279,7 +279,7 @@ class FaceCoating:
 
     def on(self, body: Any, scene: Any) -> Coating:
         """The coating of the body's mesh and the lights of the scene as they are now."""
-        now: Coating = self._coating.of(body)
+        now: Coating = self._coating.of(body, self._mapped)
         return replace(now, lights=straight_lights(scene, self._inside, self._plate_mm))
 
     def _mapped(self, body: Any) -> Coating:

@@ -13,7 +13,7 @@ from magicsim.geometry.mesh import SurfaceMesh
 from magicsim.light.backend import OfMesh, aligned, mi
 from magicsim.light.cells.cell_faces import CellFaces, cell_faces
 from magicsim.light.cells.cell_topology import CellTopology
-from magicsim.light.flaws.scatterers import held_scatterers
+from magicsim.light.flaws.scatterers import Scatterers, placing
 from magicsim.light.world import names
 from magicsim.light.world.coated_face import CoatedFace
 from magicsim.light.world.coating import FaceCoating
@@ -63,10 +63,10 @@ class Inventory:
         self._object_mesh = own_mesh
         self._triangles_per_cell = max(elastomer.triangles_per_cell, 1)
         self._topology, self._fused = CellTopology.of(elastomer), (fused := elastomer.fused)
-        self._grid = OfMesh(self._deformed)
+        self._grid, self._scatterers = OfMesh(), OfMesh()
         self._kernels: dict[tuple[bool, int], IrradianceKernel] = {}
         self._openings = mi.UInt32(aligned(fused.beyond, np.uint32)) if fused is not None else None
-        self._coating, self._scatterers = FaceCoating.of(elastomer, rig), held_scatterers(elastomer)
+        self._coating, self._placing = FaceCoating.of(elastomer, rig), placing(elastomer)
 
     def shapes(self, outside: Outside | None = None, room: Any = None) -> Shapes:
         """The scene's shapes by their role; the object is from `outside` if something stands there."""
@@ -82,7 +82,7 @@ class Inventory:
             coating=self._coating.on(self._body, self._scene) if self._coating is not None else None,
             environment=self.environment,
             room=room,
-            scatterers=self._scatterers.of(self._infill)[0] if self._scatterers is not None else None,
+            scatterers=found[0] if (found := self._flaws()) is not None else None,
         )
 
     def coated_face(self) -> CoatedFace | None:
@@ -95,8 +95,12 @@ class Inventory:
         Hits are looked for in the cell that a ray is in; in and beside fused cells, and all of them where something may
         reach into the grid, as LED strips do under a thin skin, among all triangles.
         """
-        found: GridState | None = self._grid.of(self._infill) if self._infill is not None else None
+        found: GridState | None = self._grid.of(self._infill, self._deformed) if self._infill is not None else None
         return found
+
+    def _flaws(self) -> tuple[Scatterers, Array] | None:
+        """Scatterers of the print in the cells as they are, and the air in each; None where it is clean."""
+        return self._scatterers.of(self._infill, self._placing) if self._placing is not None else None
 
     def _deformed(self, infill: Any) -> GridState:
         mesh, box, pairs = mesh_of(infill), infill.bbox(), None
@@ -117,7 +121,8 @@ class Inventory:
         grid = self.grid()
         if grid is None:
             return np.ones((1, 1))
-        air = self._scatterers.of(self._infill)[1] if self._scatterers is not None else 0.0
+        flaws = self._flaws()
+        air = flaws[1] if flaws is not None else 0.0
         return np.asarray(grid.volumes_mm3[:, None] - air)
 
     def centres_mm(self) -> Array:
